@@ -11,7 +11,7 @@ BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -28,12 +28,18 @@ types: $(VENV)/.dev
 imports: $(VENV)/.dev
 	$(BIN)/lint-imports
 
-unit: $(VENV)/.warm
+unit: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile
 
 # What takes too long for every change: wider families, longer laws.
-nightly: $(VENV)/.warm
+nightly: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# The core with every index checked, under the sanitizers of g++: the loops' tests, then damaged files
+# of every format: make sanitized COUNT=20000
+COUNT ?= 5000
+sanitized: $(VENV)/.dev
+	$(BIN)/python -m tools.sanitized --count $(COUNT)
 
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
@@ -70,7 +76,6 @@ bench-peers: $(VENV)/.dev $(PEERS)/.ready
 
 # The wheel, with compiled code for this Python and the pinned numba.
 wheel: $(VENV)/.dev
-	$(BIN)/python -m tools.compiled
 	$(BIN)/python -m build --wheel
 
 format: $(VENV)/.dev
@@ -96,11 +101,6 @@ $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
 	$(BYTE_CODE)
 	touch $(VENV)/.core $@
-
-# Compiled ahead, once: tests side by side that begin with the same loops wait for each other.
-$(VENV)/.warm: $(VENV)/.dev
-	$(BIN)/clearway warm-up
-	touch $@
 
 clean:
 	rm -rf $(VENV) $(PEERS) clearway-out dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -72,7 +72,7 @@ def with_beams(file: Any, beams_per_cell: tuple[int, int] | None) -> Any:
 
 
 def _flown(escape: str) -> Callable[[], list[float]]:
-    """Whole flights of the static mission: each from take-off to the goal, without warming up."""
+    """Whole flights of the static mission: each from take-off to the goal."""
     setup = _setup(escape)
 
     def flights() -> list[float]:
@@ -111,7 +111,7 @@ def _decided(escape: str) -> Callable[[], list[float]]:
             setup.fly()
         finally:
             AvoidanceSystem.due, AvoidanceSystem.decide = asked, decided
-        return each[2:]  # The first two are of a system that warms up.
+        return each
 
     return flight
 

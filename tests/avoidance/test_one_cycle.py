@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearway
-from clearway.avoidance.assess import assess_situation
 from clearway.avoidance.decide import decide
+from clearway.avoidance.evidence import evidence_of, in_reach, intruder_cells
 from clearway.avoidance.hazards import PointHazards, grown_in_grid
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.scene import Scene, SceneIntruder, SceneScan, assess_scene, situation_of
@@ -22,7 +22,7 @@ from clearway.sensors import BeamPattern, Lidar, simulate_scan
 from clearway.traffic import Intruder
 from worlds_for_tests import GRID, LIBRARY, mission, planner
 
-FINE = planner(accuracy="fine")
+FINE, FAST = planner(accuracy="fine"), planner()
 MODELS = FINE.settings.intruder_models
 WIDE = Lidar("wide", BeamPattern.per_cell(GRID, 4, 3, max_range_m=10.0), sigma_m=0.02)
 NARROW = Lidar(
@@ -163,10 +163,12 @@ def test_a_scene_means_what_the_live_system_decides_by_with_all_that_it_remember
 def test_looking_more_coarsely_as_flight_does_changes_little(moment):
     state, mapped, there, intruders, lidars, seed = moment
     scene = scene_at(state, mapped, intruders, scanned(lidars, there, state, seed))
-    reach_set = LIBRARY.nearest(float(state.attitude_rad[1]))
     situation = situation_of(scene)
-    fine = assess_situation(FINE, situation, reach_set).cells.evidence
-    fast = assess_situation(planner(), situation, reach_set).cells.evidence
+    near = [in_reach(terms, situation) for terms in (FINE, FAST)]
+    fine, fast = (
+        evidence_of(terms, situation, around, intruder_cells(terms, around))
+        for terms, around in zip((FINE, FAST), near, strict=True)
+    )
     for name in ("detected", "visibility", "seen"):
         np.testing.assert_array_equal(getattr(fine, name), getattr(fast, name))
     np.testing.assert_allclose(fast.map_base, fine.map_base, atol=0.03)

@@ -3,8 +3,6 @@ verified, instead of what is not verified at all."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -154,22 +152,3 @@ def test_who_can_stop_stops_where_an_unsure_place_costs_the_way_out(
             lost += 1
             assert now.movements[0] == "Hold"
     assert lost > 0
-
-
-def test_what_asks_whether_the_way_in_hand_holds_is_warmed_up() -> None:
-    """In a process of its own: no flight before has compiled it."""
-    code = (
-        "import gc\n"
-        "from numba.core.dispatcher import Dispatcher\n"
-        "from clearway.missions.mission_file import read_mission_file\n"
-        "from clearway.missions.setup import prepare\n"
-        "def loaded():\n"
-        "    found = (each for each in gc.get_objects() if isinstance(each, Dispatcher))\n"
-        "    return sum(each.py_func.__name__ == 'chain_keeps_by_leaf' for each in found)\n"
-        "system = prepare(read_mission_file('static-obstacles')).system()\n"
-        "before = loaded()\n"
-        "system.warm_up()\n"
-        "print(before, loaded())\n"
-    )
-    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert told.stdout.split() == ["0", "1"]

@@ -11,12 +11,11 @@ import numpy as np
 
 from clearway.avoidance.clearance import points_clearance, shapes_clearance, span_of
 from clearway.avoidance.escape_legs import EscapeTerms
+from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.sensors.seen_space import (
     NO_VOXELS,
     VoxelBox,
-    Voxels,
     box_about,
     is_box_free,
     is_declared,
@@ -28,7 +27,7 @@ Ball = tuple[float, float, float, float]
 
 @compiled
 def keeps_aloof(
-    corners: FloatArray, sagitta: float, aloof: float, surface: float, terms: EscapeTerms
+    corners: Floats2, sagitta: float, aloof: float, surface: float, terms: EscapeTerms
 ) -> bool:
     """Whether a way through corners [n, 3], level frame, stays so far from what nobody has seen.
 
@@ -90,7 +89,7 @@ def _is_surface(ball: Ball, box: VoxelBox, surface: float, terms: EscapeTerms) -
 
 
 @borrowing
-def _is_unseen(free: Voxels, window: FloatArray, ball: Ball, a: int, b: int, c: int) -> bool:
+def _is_unseen(free: UInt64s3, window: Floats, ball: Ball, a: int, b: int, c: int) -> bool:
     """Whether a ball meets a voxel that was not seen to be free."""
     width = 1.0 / window[3]
     x, y, z, radius = ball

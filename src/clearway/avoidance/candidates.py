@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -12,19 +11,21 @@ import numpy as np
 from clearway.avoidance.closing import closing_m
 from clearway.avoidance.costs import Prices, price_of
 from clearway.avoidance.crossing import crossings_ahead
-from clearway.avoidance.goal import Arrival, Goal
-from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.goal import Arrival, Goal, arrival
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.passing import Passing
-from clearway.avoidance.prepared import Ends, PreparedReachSet, ends_of
-from clearway.avoidance.reach_rating import ReachAssessment
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.prepared import Ends, PreparedReachSet, complete_ends
+from clearway.avoidance.rated import Rated
+from clearway.avoidance.reach_rating import untouched
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
+from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import BoolArray
 
 SMALLEST_RATING = 1e-6
 """Rating that counts as none in -log P_R."""
@@ -86,72 +87,72 @@ DEAD_BAND = 0.1
 class Candidates(NamedTuple):
     """Complete trajectories and what they cost."""
 
-    nodes: IntArray
+    nodes: Ints
     """[candidates] ends: by range, by side, or at the final waypoint."""
-    cost_m: FloatArray
+    cost_m: Floats
     """[candidates] path, cost to go and prices."""
-    sides: IntArray
+    sides: Ints
     """[candidates]"""
-    untouched: BoolArray
+    untouched: Bools
     """[candidates] whether it passes no coated cell."""
-    room_price_m: FloatArray
+    room_price_m: Floats
     """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
-    broken: IntArray
+    broken: Ints
     """[candidates] which rules it breaks, one bit each: the higher, the worse; 0 obeys all."""
 
     def __repr__(self) -> str:
         return brief(self)
 
 
-def price_candidates(
-    prepared: PreparedReachSet,
-    assessment: ReachAssessment,
-    untouched: BoolArray,
-    goal: Goal,
-    arrived: Arrival,
-    to_go: Callable[[IntArray], FloatArray],
-    prices: Prices,
-    commitment: Commitment,
-    moving: MovingHazards | None = None,
-) -> Candidates:
-    """Cost of every candidate: (4.6) plus the prices of risk and of changing one's mind.
+def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitment) -> Candidates:
+    """Return every candidate with its cost: (4.6), risk, and what changing one's mind costs.
 
-    untouched: [nodes] paths that pass no coated cell. to_go: cost to go in metres from the ends
-    of given nodes. moving: intruders that it may cost something to cross ahead of, or to near.
+    Parameters
+    ----------
+    planner
+        Its stage costs, terminal cost and prices count.
+    rated
+        What can be flown, how safe it is, and what moves around.
+    goal
+        In the level frame.
+    before
+        What the last decision binds this one to.
+
+    Raises
+    ------
+    ClearwayError
+        For costs that are no finite numbers.
     """
+    prepared, prices, moving = rated.prepared, planner.prices, rated.hazards.moving
+    reach_set, step_m = prepared.reach_set, prepared.step_m
+    arrived = arrival(reach_set, goal, prepared.reach_m)
     ends = complete_ends(prepared, goal, arrived)
-    nodes, step_m = ends.nodes, prepared.step_m
-    to_go_m = np.ascontiguousarray(to_go(nodes), dtype=np.float64)
-    priced = priced_ends(
+    to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)
+    candidates = priced_ends(
         ends,
-        to_go_m,
-        goal.final,
+        np.ascontiguousarray(to_go_m, dtype=np.float64),
+        goal,
         arrived.reached,
         grazing_of(arrived, goal),
-        log_ratings(assessment.node_rating, nodes),
-        untouched,
-        view_of(goal.target_m, float(prepared.reach_set.grid.range_m)),
-        weights_of(prices, commitment, prepared),
+        rated.reach.node_rating,
+        untouched(reach_set, rated.cells.evidence.coated),
+        float(reach_set.grid.range_m),
+        weights_of(prices, before, prepared),
     )
-    cost = priced.cost_m
-    if commitment.stood > 1:
-        first_m = prepared.reach_set.length_m[prepared.first_node[nodes]]
-        cost += IMPATIENCE * (commitment.stood - 1) * step_m * (first_m < STANDS * step_m)
-    if prices.ahead > 0.0 and moving is not None and len(moving.radius_m):
-        cost += prices.ahead * step_m * crossings_ahead(prepared.reach_set, moving)[nodes]
-    if prices.closing > 0.0 and moving is not None and any(moving.manoeuvre_mps2.tolist()):
-        cost += prices.closing * closing_m(prepared.reach_set, nodes, moving)
-    if not are_finite(cost):
-        raise not_finite(cost)
-    return priced
-
-
-def not_finite(cost_m: FloatArray) -> ClearwayError:
-    """What to raise for costs of which some are no numbers."""
-    return ClearwayError(
-        f"costs: {np.count_nonzero(~np.isfinite(cost_m))} of {len(cost_m)} trajectories cost no "
-        "finite number; stage cost, terminal cost and rating must be finite"
-    )
+    nodes, cost = candidates.nodes, candidates.cost_m
+    if before.stood > 1:
+        first_m = reach_set.length_m[prepared.first_node[nodes]]
+        cost += IMPATIENCE * (before.stood - 1) * step_m * (first_m < STANDS * step_m)
+    if prices.ahead > 0.0 and len(moving.radius_m):
+        cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
+    if prices.closing > 0.0 and any(moving.manoeuvre_mps2.tolist()):
+        cost += prices.closing * closing_m(reach_set, nodes, moving)
+    if not np.isfinite(cost).all():
+        raise ClearwayError(
+            f"costs: {np.count_nonzero(~np.isfinite(cost))} of {len(cost)} trajectories cost no "
+            "finite number; stage cost, terminal cost and rating must be finite"
+        )
+    return candidates
 
 
 def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
@@ -164,7 +165,7 @@ def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
 
 
 @compiled
-def log_ratings(rating: FloatArray, nodes: IntArray) -> FloatArray:
+def log_ratings(rating: Floats, nodes: Ints) -> Floats:
     """[n] log P_R of some nodes [n]; rating: [nodes]."""
     logs = np.empty(len(nodes))
     for n in range(len(nodes)):
@@ -188,7 +189,7 @@ class GoalView(NamedTuple):
 
 
 @compiled
-def view_of(target: FloatArray, range_m: float) -> GoalView:
+def view_of(target: Floats, range_m: float) -> GoalView:
     """target: [3] level frame; range_m: of the grid."""
     away_m = np.hypot(target[0], target[1])
     return GoalView(target[0], target[1], away_m, HERE * range_m, DEAD_BAND * range_m)
@@ -228,25 +229,26 @@ def weights_of(prices: Prices, commitment: Commitment, prepared: PreparedReachSe
 @compiled
 def priced_ends(
     ends: Ends,
-    to_go: FloatArray,
-    final: bool,
-    reached: BoolArray,
-    grazing: FloatArray,
-    log_rating: FloatArray,
-    untouched: BoolArray,
-    view: GoalView,
+    to_go: Floats,
+    goal: Goal,
+    reached: Bools,
+    grazing: Floats,
+    node_rating: Floats,
+    untouched: Bools,
+    range_m: float,
     weights: Weights,
 ) -> Candidates:
     """What candidates cost, with no rules broken.
 
-    to_go, log_rating: [ends]; reached, grazing, untouched: [nodes]; final: of the goal.
+    to_go: [ends]; reached, grazing, node_rating, untouched: [nodes]; range_m: of the grid.
     """
-    count = len(ends.nodes)
+    count, view = len(ends.nodes), view_of(goal.target_m, range_m)
+    log_rating = log_ratings(node_rating, ends.nodes)
     cost, room_price = np.empty(count), np.empty(count)
     sides, is_clear = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_)
     for n in range(count):
         node = ends.nodes[n]
-        ends_here = final and reached[node]
+        ends_here = goal.final and reached[node]
         is_clear[n] = untouched[node]
         sides[n] = _side_of(ends.ahead_m[n], ends.left_m[n], view)
         cost[n] = ends.path_cost_m[n] + (0.0 if ends_here else to_go[n])
@@ -263,14 +265,6 @@ def priced_ends(
     )
 
 
-@compiled
-def are_finite(cost: FloatArray) -> bool:
-    finite = True
-    for each in cost:
-        finite &= np.isfinite(each)
-    return bool(finite)
-
-
 @borrowing
 def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     """-1 right, 0 straight, 1 left of the way to the goal."""
@@ -280,17 +274,6 @@ def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     if not abs(across) >= view.dead_band_m:  # What is not a number lies on no side.
         return 0
     return 1 if across > 0.0 else -1
-
-
-def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
-    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final or not np.count_nonzero(arrived.reached):
-        return prepared.ends if prepared.may_stay else prepared.leading_on
-    complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
-    ends = ends_of(prepared, complete)
-    if prepared.may_stay or not ends.leads_on.any():
-        return ends
-    return ends.some(ends.leads_on | arrived.reached[ends.nodes])
 
 
 def among(candidates: Candidates, keep: BoolArray) -> Candidates:

@@ -13,20 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from clearway.avoidance.candidates import Candidates, ruled
-from clearway.avoidance.chosen import Basis, Choice, Grounds, Tried
+from clearway.avoidance.chosen import NOTHING_TRIED, Basis, Choice, Tried
 from clearway.avoidance.emergency import emergency
-from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import ReachAssessment
+from clearway.avoidance.rated import Rated
 from clearway.avoidance.rules.rule import Ruling
-from clearway.avoidance.tiers import NodeRatings, Picked, in_order, picked
+from clearway.avoidance.tiers import NodeRatings, in_order, picked
 from clearway.avoidance.verify import KnownClearances
-from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import positive
 
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
 """What a candidate that verification looks at can stand on, by the tiers of `tiers`."""
-_picked = by_leaf(picked)
 
 
 def choose_by_rules(
@@ -37,41 +33,57 @@ def choose_by_rules(
     pick_among: some candidates, and whether none of them passes.
     """
     if ruling.speaks:
-        picked = pick_among(ruled(candidates, ruling), False)
+        choice = pick_among(ruled(candidates, ruling), False)
         # Rules forbid and price; what keeps the margin does not depend on them.
-        without = pick_among(candidates, picked.basis is Basis.EMERGENCY)
+        without = pick_among(candidates, choice.basis is Basis.EMERGENCY)
     else:
-        picked = without = pick_among(candidates, False)
-    notes = ruling.notes(candidates.nodes, without.node, picked.node)
-    return replace(picked, rules=notes)
+        choice = without = pick_among(candidates, False)
+    notes = ruling.notes(candidates.nodes, without.node, choice.node)
+    return replace(choice, rules=notes)
 
 
 def pick(
-    prepared: PreparedReachSet,
-    assessment: ReachAssessment,
+    rated: Rated,
     candidates: Candidates,
-    hazards: Hazards,
-    *,
     margin_m: float,
-    threshold: float,
+    *,
     verify: bool = True,
     none_passes: bool = False,
     looked: KnownClearances | None = None,
 ) -> Choice:
-    """The cheapest candidate that passes, else the emergency rule.
+    """Return the cheapest candidate that passes, else the emergency rule's.
 
-    none_passes: where that is known, none is tried.
-    looked: what was found of movements before, for who asks again and again.
-    Without verification a candidate must keep out of coated cells besides. Candidates that break
-    rules come last, those that break the less important ones first. Raises ClearwayError for a
-    margin that is not a positive number: every trajectory would keep it.
+    Candidates that break rules come last, those that break the less important ones first.
+
+    Parameters
+    ----------
+    rated
+        How safe trajectories are, and what they must keep clear of.
+    candidates
+        The complete trajectories to choose from.
+    margin_m
+        Distance to keep.
+    verify
+        Check candidates against points, shapes and intruders. Without it, one that passes must
+        also keep out of inflated cells.
+    none_passes
+        Known not to pass: none is tried.
+    looked
+        What was found of movements before, for a caller that picks repeatedly.
+
+    Raises
+    ------
+    ClearwayError
+        For a margin that is not a positive number: every trajectory would keep it.
     """
     positive("safety margin", margin_m)
-    grounds = Grounds(prepared, assessment, hazards)
-    ratings = ratings_of(prepared, assessment, threshold)
+    prepared, reach, hazards = rated.prepared, rated.reach, rated.hazards
+    ratings = NodeRatings(
+        reach.node_rating, reach.feasibility, prepared.first_node, reach.threshold
+    )
     looked = looked or KnownClearances(prepared.paths)
     if verify and not none_passes:
-        found = _picked(
+        found = picked(
             prepared.paths,
             candidates,
             ratings,
@@ -82,36 +94,15 @@ def pick(
             prepared.loiter,
             looked.at(hazards, margin_m),
         )
-        return choice_of(grounds, candidates, found, margin_m, looked)
-    order, passes = in_order(candidates, ratings, not verify)
-    below = len(passes) - int(np.count_nonzero(passes))
-    if not none_passes and below < len(passes):
-        best = int(order[passes][0])
-        return Choice.of(grounds, candidates, best, Basis.RATED_ONLY, margin_m, below)
+        if found.best >= 0:
+            tried, basis = Tried.of(candidates, found), VERIFIED[found.tier]
+            return Choice.of(rated, candidates, found.best, basis, margin_m, found.below, tried)
+        below, tried = found.below, Tried.of(candidates, found)
+    else:
+        order, passes = in_order(candidates, ratings, not verify)
+        below, tried = len(passes) - int(np.count_nonzero(passes)), NOTHING_TRIED
+        if not none_passes and below < len(passes):
+            best = int(order[passes][0])
+            return Choice.of(rated, candidates, best, Basis.RATED_ONLY, margin_m, below)
     best, kept_m = emergency(looked, candidates, hazards, margin_m)
-    return Choice.of(grounds, candidates, best, Basis.EMERGENCY, kept_m, below)
-
-
-def ratings_of(
-    prepared: PreparedReachSet, assessment: ReachAssessment, threshold: float
-) -> NodeRatings:
-    """By what ratings let candidates pass."""
-    return NodeRatings(
-        assessment.node_rating, assessment.feasibility, prepared.first_node, float(threshold)
-    )
-
-
-def choice_of(
-    grounds: Grounds,
-    candidates: Candidates,
-    found: Picked,
-    margin_m: float,
-    looked: KnownClearances,
-) -> Choice:
-    """The choice that verification came to, else the emergency rule's."""
-    tried = Tried.of(candidates, found)
-    best, basis, kept_m = found.best, VERIFIED[found.tier], margin_m
-    if best < 0:
-        basis = Basis.EMERGENCY
-        best, kept_m = emergency(looked, candidates, grounds.hazards, margin_m)
-    return Choice.of(grounds, candidates, best, basis, kept_m, found.below, tried)
+    return Choice.of(rated, candidates, best, Basis.EMERGENCY, kept_m, below, tried)

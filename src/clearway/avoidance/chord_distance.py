@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from clearway.base.arrays import Floats
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import local_point, local_vector
@@ -58,7 +58,7 @@ def chord_distance2(
 
 
 @borrowing
-def distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: int) -> float:
+def distance_at(a: Floats, b: Floats, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
     return shape_distance(
         a[0] + share * (b[0] - a[0]),
@@ -70,9 +70,7 @@ def distance_at(a: FloatArray, b: FloatArray, share: float, shapes: Shapes, s: i
 
 
 @borrowing
-def shape_chord_distance(
-    a: FloatArray, b: FloatArray, shapes: Shapes, s: int, enough: float
-) -> float:
+def shape_chord_distance(a: Floats, b: Floats, shapes: Shapes, s: int, enough: float) -> float:
     """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
 
     Balls and capsules have a closed form. A rounded box is convex, so its distance along a straight
@@ -114,7 +112,7 @@ def shape_chord_distance(
 
 
 @borrowing
-def _beside(x: float, y: float, z: float, half: FloatArray) -> float:
+def _beside(x: float, y: float, z: float, half: Floats) -> float:
     """Distance of a local point from a box before it is inflated: beside one face without a root,
     and so but for rounding that of `box_distance`."""
     qx, qy, qz = abs(x) - half[0], abs(y) - half[1], abs(z) - half[2]
@@ -134,7 +132,7 @@ def shape_size(shapes: Shapes, s: int) -> float:
 
 
 @borrowing
-def _capsule_chord_distance(a: FloatArray, b: FloatArray, shapes: Shapes, s: int) -> float:
+def _capsule_chord_distance(a: Floats, b: Floats, shapes: Shapes, s: int) -> float:
     """Distance from the segment a-b to a ball or a capsule, in closed form."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
     ax, ay, az = local_point(a[0], a[1], a[2], center, turn)

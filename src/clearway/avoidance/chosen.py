@@ -10,6 +10,7 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from clearway.avoidance.candidates import SIDES, Candidates, Side
+from clearway.avoidance.fusion import CellAssessment
 from clearway.avoidance.hazards import CAUSES, Cause, Hazards
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.reach_rating import ReachAssessment
@@ -91,14 +92,17 @@ NOTHING_TRIED = Tried(
 )
 
 
-class KeptGrounds(Protocol):
-    """What remains of the grounds of a decision that is past."""
+class Grounds(Protocol):
+    """What a choice was made from: a `Rated`, or what is kept of it once the decision is past."""
 
     @property
     def prepared(self) -> PreparedReachSet: ...
 
     @property
-    def assessment(self) -> ReachAssessment: ...
+    def cells(self) -> CellAssessment: ...
+
+    @property
+    def reach(self) -> ReachAssessment: ...
 
     @property
     def hazards(self) -> Hazards: ...
@@ -107,17 +111,6 @@ class KeptGrounds(Protocol):
     def seen_m(self) -> FloatArray:
         """[n, 3] where returns were, world frame."""
         ...
-
-
-class Grounds(NamedTuple):
-    """What a choice was made from, as far as it is told of it."""
-
-    prepared: PreparedReachSet
-    assessment: ReachAssessment
-    hazards: Hazards
-
-    def __repr__(self) -> str:
-        return brief(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +129,7 @@ class Choice:
     """Candidates that the cell rating ruled out."""
     forced: bool
     """Whether the cheapest candidate, had it been free, lies on another side."""
-    grounds: Grounds | KeptGrounds = field(repr=False)
+    grounds: Grounds = field(repr=False)
     tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
@@ -216,17 +209,17 @@ class Choice:
     @cached_property
     def rating(self) -> float:
         """P_R of the trajectory (4.22)."""
-        return float(self.grounds.assessment.node_rating[self.node])
+        return float(self.grounds.reach.node_rating[self.node])
 
     @cached_property
     def feasibility(self) -> float:
         """P_D of its first movement (2.3)."""
-        return float(self.grounds.assessment.feasibility[self._path[0]])
+        return float(self.grounds.reach.feasibility[self._path[0]])
 
     @cached_property
     def continuations(self) -> float:
         """Share of the first movement's continuations rated above the threshold."""
-        return float(self.grounds.assessment.continuations[self._path[0]])
+        return float(self.grounds.reach.continuations[self._path[0]])
 
     @cached_property
     def ruled_out(self) -> tuple[RuledOut, ...]:

@@ -17,8 +17,8 @@ from clearway.avoidance.chord_distance import (
     shape_chord_distance,
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 
@@ -35,9 +35,9 @@ Found = tuple[float, int, int]
 class Span(NamedTuple):
     """A movement as chords between samples, with the ball around it."""
 
-    corners_m: FloatArray
+    corners_m: Floats2
     """[n + 1, 3]"""
-    middle_m: FloatArray
+    middle_m: Floats
     """[3]"""
     reach_m: float
     """Radius of the ball around the middle."""
@@ -46,14 +46,14 @@ class Span(NamedTuple):
 
 
 @compiled
-def span_of(corners: FloatArray, start_s: float, end_s: float) -> Span:
+def span_of(corners: Floats2, start_s: float, end_s: float) -> Span:
     """The movement through given corners."""
     middle = np.empty(3)
     return Span(corners, middle, reach_about(corners, middle), start_s, end_s)
 
 
 @borrowing
-def reach_about(corners: FloatArray, middle: FloatArray) -> float:
+def reach_about(corners: Floats2, middle: Floats) -> float:
     """Radius of the ball around corners; fills in its middle [3]."""
     last, reach2 = len(corners) - 1, 0.0
     for axis in range(3):
@@ -133,7 +133,7 @@ def _most_clear(x: float, y: float, z: float, bins: PointBins, enough: float) ->
 
 
 @borrowing
-def _is_beyond(place: FloatArray, reach: float, shapes: Shapes, s: int, best: float) -> bool:
+def _is_beyond(place: Floats, reach: float, shapes: Shapes, s: int, best: float) -> bool:
     """Whether the ball around shape `s` alone shows that it is no nearer than `best` to anything
     within reach of a place: quick, and never so where the shape itself is nearer."""
     far = SURELY * (best + reach + shapes.bound_m[s])
@@ -239,8 +239,8 @@ def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
 
 @compiled
 def circle_clearance(
-    center: FloatArray,
-    up: FloatArray,
+    center: Floats,
+    up: Floats,
     radius: float,
     bins: PointBins,
     shapes: Shapes,
@@ -256,7 +256,7 @@ def circle_clearance(
 
 @borrowing
 def _circle_from_points(
-    center: FloatArray, up: FloatArray, radius: float, bins: PointBins, enough: float
+    center: Floats, up: Floats, radius: float, bins: PointBins, enough: float
 ) -> Found:
     best, index = enough, -1
     window = radius + enough + bins.largest_m
@@ -288,12 +288,12 @@ def _circle_from_points(
 
 @borrowing
 def _circle_from_shapes(
-    center: FloatArray,
-    up: FloatArray,
+    center: Floats,
+    up: Floats,
     radius: float,
     shapes: Shapes,
     enough: float,
-    places: FloatArray,
+    places: Floats2,
 ) -> Found:
     """places: [CIRCLE_SAMPLES, 3] room for those on the circle, filled in once it takes them."""
     best, index = enough, -1
@@ -321,7 +321,7 @@ def _circle_from_shapes(
 
 
 @borrowing
-def _off_circle(center: FloatArray, up: FloatArray, radius: float, shapes: Shapes, s: int) -> float:
+def _off_circle(center: Floats, up: Floats, radius: float, shapes: Shapes, s: int) -> float:
     """How far the ball around shape `s` is from a level circle: no farther than the shape is."""
     wx = shapes.center_m[s, 0] - center[0]
     wy = shapes.center_m[s, 1] - center[1]
@@ -332,7 +332,7 @@ def _off_circle(center: FloatArray, up: FloatArray, radius: float, shapes: Shape
 
 
 @borrowing
-def _note_circle(center: FloatArray, up: FloatArray, radius: float, places: FloatArray) -> None:
+def _note_circle(center: Floats, up: Floats, radius: float, places: Floats2) -> None:
     """Fill in places [n, 3] on a level circle."""
     # With `up`, these complete a level frame: the grid is pitched, never rolled.
     forward_x, forward_z = up[2], -up[0]

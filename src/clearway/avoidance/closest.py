@@ -8,9 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import (
+    Bools2,
+    Floats,
+    Floats2,
+    Floats3,
+    Int32s,
+    Ints,
+    StridedFloats,
+    StridedFloats2,
+)
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray, IntArray
 
 MANY = 64
 """So many nodes at once fit the fastest memory."""
@@ -24,12 +32,12 @@ GAP2, WHEN, ASIDE_X, ASIDE_Y, ASIDE_Z, ALONG, APART = range(7)
 
 @compiled
 def closest(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
+    place: Floats2,
+    velocity: Floats2,
+) -> tuple[Floats3, Floats2]:
     """[nodes, k, 3] from the vehicle to each of k (places and velocities [k, 3]) when they are
     closest on the way to a node and straight on from there, and [nodes, k] when that is.
 
@@ -57,14 +65,14 @@ def closest(
 
 @compiled
 def off_sides(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    sides: FloatArray,
-    least_cos: FloatArray,
-) -> BoolArray:
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
+    place: Floats2,
+    velocity: Floats2,
+    sides: Floats2,
+    least_cos: Floats,
+) -> Bools2:
     """[c, nodes] whether the way to a node is closest to any of k too far from its side [k, 3]: by
     each of c cosines of the angle between."""
     nodes, many = len(parent), len(place)
@@ -112,12 +120,12 @@ def closest_s(
 
 @borrowing
 def _note_chords(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
     first: int,
     last: int,
-    chords: FloatArray,
+    chords: Floats3,
 ) -> None:
     """Fill in the chords [s + 1, 8, MANY] of movements that lead to nodes; their last goes on."""
     count = samples.shape[1]
@@ -144,12 +152,12 @@ def _note_chords(
 
 @borrowing
 def _note_nearest(
-    chords: FloatArray,
+    chords: Floats3,
     many: int,
-    place: FloatArray,
-    velocity: FloatArray,
-    within: FloatArray,
-    beyond: FloatArray,
+    place: Floats,
+    velocity: Floats,
+    within: Floats2,
+    beyond: Floats2,
 ) -> None:
     """Fill in what is nearest [7, MANY] to one on so many movements, and on where they go on."""
     within[GAP2, :many] = beyond[GAP2, :many] = np.inf
@@ -161,7 +169,7 @@ def _note_nearest(
 
 @borrowing
 def _look_along(
-    chord: FloatArray, many: int, place: FloatArray, velocity: FloatArray, nearest: FloatArray
+    chord: Floats2, many: int, place: Floats, velocity: Floats, nearest: Floats2
 ) -> None:
     """Take what is nearer on one chord [8, MANY] of each."""
     px, py, pz = place[0], place[1], place[2]
@@ -187,14 +195,14 @@ def _look_along(
 
 @borrowing
 def _note_closest(
-    parent: IndexArray,
+    parent: Int32s,
     first: int,
     last: int,
-    within: FloatArray,
-    beyond: FloatArray,
-    on_way: FloatArray,
-    aside_m: FloatArray,
-    time_s: FloatArray,
+    within: Floats2,
+    beyond: Floats2,
+    on_way: Floats2,
+    aside_m: StridedFloats2,
+    time_s: StridedFloats,
 ) -> None:
     """Fill in what is nearest on the ways themselves [nodes + 1, 5], and where [nodes, 3] and when
     [nodes] it is closest on them and straight on."""
@@ -211,9 +219,7 @@ def _note_closest(
 
 
 @borrowing
-def _note_off(
-    nearest: FloatArray, many: int, side: FloatArray, least_cos: FloatArray, off: IntArray
-) -> None:
+def _note_off(nearest: Floats2, many: int, side: Floats, least_cos: Floats, off: Ints) -> None:
     """Fill in [MANY] which of the cosines each of so many is too far by, in bits."""
     x, y, z = side[0], side[1], side[2]
     for m in range(many):
@@ -228,7 +234,7 @@ def _note_off(
 
 
 @compiled
-def _each_bit(bits: IntArray, many: int) -> BoolArray:
+def _each_bit(bits: Ints, many: int) -> Bools2:
     """[many, n] whether each of the lowest bits of [n] is set."""
     found = np.empty((many, len(bits)), dtype=np.bool_)
     for c in range(many):

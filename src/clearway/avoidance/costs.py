@@ -16,13 +16,14 @@ from clearway.avoidance.goal import Arrival, Goal
 
 # Where version 0.1.0 had it.
 from clearway.avoidance.goal import arrival as arrival
+from clearway.base.arrays import Bools, Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, take_floats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -271,15 +272,15 @@ def _climbed(
 
 @compiled
 def cost_to_go(
-    states: FloatArray,
-    parent: IndexArray,
-    length_m: FloatArray,
-    nodes: IntArray,
+    states: Floats2,
+    parent: Int32s,
+    length_m: Floats,
+    nodes: Ints,
     start_pitch: float,
-    reached: BoolArray,
+    reached: Bools,
     to: Goal,
     able: TurnsAndClimbs,
-) -> FloatArray:
+) -> Floats:
     """[n] `curved_distance_to_go` from the ends of nodes [n]."""
     result = np.empty(len(nodes))
     target, following, reach_radius = to.target_m, to.next_m, to.reach_radius_m

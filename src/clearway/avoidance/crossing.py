@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.avoidance.hazards import MovingHazards
+from clearway.base.arrays import Floats, Floats3, Int32s, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IndexArray, IntArray
+from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 
 
@@ -29,12 +29,12 @@ def crossings_ahead(reach_set: ReachSet, moving: MovingHazards) -> IntArray:
 
 @compiled
 def _crossings(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
     moving: MovingHazards,
-    up: FloatArray,
-) -> IntArray:
+    up: Floats,
+) -> Ints:
     nodes, count = samples.shape[0], samples.shape[1]
     horizon_s = np.max(end_time_s)
     crossed = np.zeros(nodes, dtype=np.int64)
@@ -69,10 +69,10 @@ def _crossings(
 
 @borrowing
 def _seen_from(
-    place: FloatArray,
+    place: Floats,
     time_s: float,
-    p: FloatArray,
-    u: FloatArray,
+    p: Floats,
+    u: Floats,
     nx: float,
     ny: float,
     nz: float,

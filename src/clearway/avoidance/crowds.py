@@ -33,9 +33,8 @@ from clearway.avoidance.faces_crossed import (
     way_size,
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.some_shapes import distances_off, lay_out
 
@@ -53,13 +52,13 @@ DEEP = 16
 class Crowd(NamedTuple):
     """Many shapes by coordinate, and room for a movement at a time; nothing where they are few."""
 
-    rows: FloatArray
+    rows: Floats2
     """[17, shapes] centre 3, rotation 9, half lengths 3, radius, greatest depth inside."""
-    off_m: FloatArray
+    off_m: Floats
     """[shapes] from the middle of the movement."""
-    near: IntArray
+    near: Ints
     """[shapes] those that could be nearest."""
-    bound_m: FloatArray
+    bound_m: Floats
     """[shapes] of each of these, no distance from the movement is less."""
     crossings: Crossings
 
@@ -154,7 +153,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
 
 @borrowing
 def _among_crossings(
-    corners: FloatArray, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
+    corners: Floats2, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
 ) -> tuple[float, int]:
     """The nearest by the chords that cross a shape, if below the best."""
     search(crossings, many)
@@ -167,7 +166,7 @@ def _among_crossings(
 
 
 @borrowing
-def _left(span: Span, off: FloatArray, best: float) -> int:
+def _left(span: Span, off: Floats, best: float) -> int:
     """How many shapes could be nearer than that to a movement, by the ball around it."""
     many = 0
     for s in range(len(off)):
@@ -176,7 +175,7 @@ def _left(span: Span, off: FloatArray, best: float) -> int:
 
 
 @borrowing
-def _note_nearer(span: Span, off: FloatArray, best: float, near: IntArray) -> int:
+def _note_nearer(span: Span, off: Floats, best: float, near: Ints) -> int:
     """Fill in which shapes could be nearer than that to a movement, by the ball around it; how
     many. Which they are cannot be foretold, so no branch asks: the others are written over."""
     many = 0
@@ -187,9 +186,7 @@ def _note_nearer(span: Span, off: FloatArray, best: float, near: IntArray) -> in
 
 
 @borrowing
-def _shape_clearance(
-    corners: FloatArray, shapes: Shapes, s: int, enough: float
-) -> tuple[float, int]:
+def _shape_clearance(corners: Floats2, shapes: Shapes, s: int, enough: float) -> tuple[float, int]:
     """Of one shape: its distance from chords and its number; -1 where that is not below enough."""
     best, index = enough, -1
     for q in range(len(corners) - 1):
@@ -200,7 +197,7 @@ def _shape_clearance(
 
 
 @borrowing
-def _nearest(off: FloatArray) -> int:
+def _nearest(off: Floats) -> int:
     """The first of those that are least far off."""
     nearest = 0
     for s in range(len(off)):

@@ -1,35 +1,30 @@
-"""One decision: see, fuse, rate, verify, choose, explain. Start reading here.
+"""One decision: see, inflate, fuse, rate, price, verify and choose, escape, explain. Start here.
 
-`decide` is the whole cycle in the paper's order; what an ordinary one computes, from the returns of
-a scan to the node to fly to, is `cycle.decided`. It knows no files, clocks or sensors' drivers:
-`live.AvoidanceSystem` feeds it in flight, `sim.simulate` in closed loop.
+`decide` is the whole cycle in the paper's order. Each step is Python that calls compiled loops, and
+a user's own rating, cost or rule is called at its place. It knows no files, clocks or sensors'
+drivers: `live.AvoidanceSystem` feeds it in flight, `sim.simulate` in closed loop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
-import numpy as np
-
-from clearway.avoidance.assess import Assessment
-from clearway.avoidance.at_hand import BeforeChoice, Priced, priced, priced_in_steps
-from clearway.avoidance.candidates import Candidates, Commitment
-from clearway.avoidance.choice import choose_by_rules, pick
+from clearway.avoidance.candidates import Commitment, price_candidates
 from clearway.avoidance.chosen import Choice
-from clearway.avoidance.costs import price_of
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.evidence import intruder_cells
+from clearway.avoidance.evidence import InReach, evidence_of, intruder_cells
+from clearway.avoidance.fall_back import FallBack
 from clearway.avoidance.from_here import FromHere, near_from, prepared_from
+from clearway.avoidance.fusion import assess_cells
 from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.in_force import InForce, in_force, warm_up_rules
-from clearway.avoidance.leaving import ChooseAmong, Leaving, Taken
+from clearway.avoidance.in_force import InForce, in_force
+from clearway.avoidance.leaving import Leaving, Taken
 from clearway.avoidance.passing import noted, passings_after
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.rated import Rated
+from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.situation import Situation, goal_of
-from clearway.avoidance.way_out import Narrow
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import ClearwayError
 from clearway.base.positional import keywords_beyond_two
@@ -42,11 +37,25 @@ MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 def decide(
     planner: Planner, situation: Situation, commitment: Commitment | None = None
 ) -> Decision:
-    """Fuse, rate, verify and choose at one decision time: (4.7), (4.19), (4.20), (4.6).
+    """Return what to fly at one decision time, and why: (4.7), (4.19), (4.20), (4.6).
 
-    Raises ClearwayError for detections of another grid, and for costs or a margin that are no
-    finite numbers.
+    Parameters
+    ----------
+    planner
+        What stays the same from decision to decision: reach sets, costs, settings, rules.
+    situation
+        All that is known at the decision time.
+    commitment
+        What the last decision binds this one to; None binds to nothing.
 
+    Raises
+    ------
+    ClearwayError
+        For detections of another grid, for costs or a margin that are no finite numbers, and for
+        a user's own rating, cost or rule that fails.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
@@ -58,49 +67,28 @@ def decide(
     True
     """
     _check_grids(planner, situation)
-    at_hand = _at_hand(planner, situation, commitment or Commitment())
-    near, before = at_hand.near, at_hand.before
-    rules = in_force(planner, situation, at_hand.prepared, at_hand.goal, near, before)
-    found = priced(at_hand, rules.ruling)  # (4.17), (4.22), (4.23), (4.6)
-    leaving = _leaving(at_hand, found, _choosing(at_hand, rules.ruling, found))
-    taken = _taken(leaving, near.hazards, nothing_leads_on=before.stays)
-    return _decision(at_hand, found.known, leaving.ways, rules, taken)
-
-
-def warm_up_steps(planner: Planner, situation: Situation, *, none_passes: bool = False) -> None:
-    """Load the loops that are called one by one where a choice is not made in one call.
-
-    none_passes: as of `choice.pick`.
-    """
-    at_hand = _at_hand(planner, situation, Commitment())
-    found, near, settings = priced_in_steps(at_hand), at_hand.near, planner.settings
-    pick(
-        at_hand.prepared,
-        found.known.reach,
-        found.candidates,
-        near.hazards,
-        margin_m=near.margin_m,
-        threshold=settings.threshold,
-        verify=settings.verify,
-        none_passes=none_passes,
-        looked=found.looked,
-    )
-
-
-def warm_up_rare(planner: Planner, situation: Situation) -> None:
-    """Load what rules ask for only at times, and what is run where none of them is in force."""
-    at_hand = _at_hand(planner, replace(situation, intruders=()), Commitment())
-    warm_up_rules(planner, situation, at_hand.prepared, at_hand.goal, at_hand.near)
-    priced(at_hand, None)
-
-
-def _at_hand(planner: Planner, situation: Situation, before: Commitment) -> BeforeChoice:
-    """What is around, and what can be flown: all that comes before rating and choice."""
+    before, settings = commitment or Commitment(), planner.settings
+    # What can be flown from here, where to, and what stands and moves around.
     prepared = prepared_from(planner, situation)
-    near = near_from(planner, situation, prepared)
-    intruders = intruder_cells(planner, near)  # (5.36)
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    return BeforeChoice(planner, situation, before, prepared, near, intruders, goal)
+    near = near_from(planner, situation, prepared)
+    # Sense and inflate: what sensors, map and intruders say of every cell, (5.36) to (5.53), and
+    # the cells that the margin around points and shapes reaches into (def. 5, def. 6).
+    evidence = evidence_of(planner, situation, near, intruder_cells(planner, near))
+    # Fuse: how safe every cell is, (4.17), (5.54).
+    cells = assess_cells(evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen)
+    # Rate: how safe every trajectory is (4.21), (4.22), (4.23), and what it leaves (2.3).
+    reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)
+    rated = Rated(prepared, near, cells, reach)
+    # Price: stage costs, cost to go and risk (4.6); what rules forbid and price (fig. 7.1).
+    rules = in_force(planner, situation, prepared, goal, near, before)
+    candidates = price_candidates(planner, rated, goal, before)
+    # Verify and choose, the cheapest first, among what leaves an escape; else fly the one held.
+    ways = _ways_out(planner, situation, near, before)
+    leaving = Leaving(planner, rated, candidates, rules.ruling, goal, ways, before)
+    taken = _taken(leaving)
+    # Explain: what was taken, with all that it was taken from.
+    return _decision(situation, rules, leaving, taken)
 
 
 def _check_grids(planner: Planner, situation: Situation) -> None:
@@ -112,65 +100,23 @@ def _check_grids(planner: Planner, situation: Situation) -> None:
             )
 
 
-def _choosing(at_hand: BeforeChoice, ruling: Ruling | None, found: Priced) -> ChooseAmong:
-    """The choice among some candidates clear of some hazards, by a share of the margin."""
-    settings, prepared, near = at_hand.planner.settings, at_hand.prepared, at_hand.near
-
-    def pick_clear_of(
-        hazards: Hazards, share: float, candidates: Candidates, none_passes: bool = False
-    ) -> Choice:
-        return pick(
-            prepared,
-            found.known.reach,
-            candidates,
-            hazards,
-            margin_m=share * near.margin_m,
-            threshold=settings.threshold,
-            verify=settings.verify,
-            none_passes=none_passes,
-            looked=found.looked,
-        )
-
-    def choose_among(hazards: Hazards, candidates: Candidates, share: float) -> Choice:
-        clear_of = partial(pick_clear_of, hazards, share)
-        if ruling is None:
-            return clear_of(candidates)
-        return choose_by_rules(ruling, candidates, clear_of)  # fig. 7.1
-
-    return choose_among
+def _ways_out(
+    planner: Planner, situation: Situation, near: InReach, before: Commitment
+) -> WaysOut | None:
+    """Ways out of this moment; None where none is asked for."""
+    if planner.escapes is None:
+        return None
+    return WaysOut(planner, planner.escapes, situation, near, before.under_way)
 
 
-def _leaving(at_hand: BeforeChoice, found: Priced, choose_among: ChooseAmong) -> Leaving:
-    """The choice among candidates that leave a way out, as far as one is asked for."""
-    planner, before, prepared = at_hand.planner, at_hand.before, at_hand.prepared
-    settings, near, ways = planner.settings, at_hand.near, None
-    if planner.escapes is not None:
-        ways = WaysOut(planner, planner.escapes, at_hand.situation, near, before.under_way)
-    allowed = settings.narrow == Narrow.ALLOW and ways is not None and ways.strict
-    held = before.way_out
-    return Leaving(
-        prepared,
-        found.known.reach,
-        found.candidates,
-        choose_among,
-        at_hand.goal,
-        ways,
-        held,
-        before.certain_within,
-        narrow_price_m=price_of(planner.prices.no_room) * prepared.step_m if allowed else np.inf,
-        thin=settings.smallest_object_m is not None,
-        had_certain=before.had_certain or (held is not None and held.certain),
-        blind=before.blind,
-        best=found.best,
-        stood=before.stood,
-    )
-
-
-def _taken(leaving: Leaving, hazards: Hazards, *, nothing_leads_on: bool) -> Taken:
+def _taken(leaving: Leaving) -> Taken:
     """What is flown: the best that leaves a way out, or else the way out in hand."""
-    stay = leaving.stay(hazards, nothing_leads_on=nothing_leads_on)
-    taken = stay or choose_for_manoeuvres(hazards, leaving.choose)
-    return leaving.look_all_round(taken if taken.good else leaving.fall_back(taken, hazards))
+    hazards, ways = leaving.rated.hazards, leaving.ways
+    if ways is None:
+        return choose_for_manoeuvres(hazards, leaving.choose)
+    fall_back = FallBack(leaving, ways)
+    taken = fall_back.stay() or choose_for_manoeuvres(hazards, leaving.choose)
+    return fall_back.look_all_round(taken if taken.good else fall_back.instead_of(taken))
 
 
 def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Taken]) -> Taken:
@@ -189,47 +135,43 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
     return tried[0]
 
 
-def _decision(
-    at_hand: BeforeChoice, known: Assessment, ways: WaysOut | None, rules: InForce, taken: Taken
-) -> Decision:
+def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Taken) -> Decision:
     """What was taken, with all that it was taken from."""
-    near, prepared = at_hand.near, at_hand.prepared
-    choice, finishes = taken.choice, taken.finishes
-    movements = prepared.reach_set.movements_to(choice.node)
+    rated, before, choice, finishes = leaving.rated, leaving.before, taken.choice, taken.finishes
+    near = rated.near
+    movements = rated.prepared.reach_set.movements_to(choice.node)
     if finishes:
         movements, within_s = (finishes.movement,), finishes.left_s
     else:
-        within_s = _decide_within(at_hand, choice, strict=ways is not None and ways.strict)
+        within_s = _decide_within(leaving, choice)
     return Decision(
-        state=at_hand.situation.state,
+        state=situation.state,
         choice=replace(choice, rules=noted(choice.rules)) if choice.rules else choice,
         movements=movements,
-        goal=at_hand.goal,
+        goal=leaving.goal,
         margin_m=near.margin_m,
-        known=known.known,
-        found_again=FromHere(at_hand.planner, at_hand.situation.without_readings),
+        found_again=FromHere(leaving.planner, situation.without_readings),
         under_way_s=finishes.left_s if finishes else None,
         decide_within_s=within_s,
         intruders=near.intruders.names,
-        passings=passings_after(
-            at_hand.before.passings, rules.met, near.frame, choice.node, near.margin_m
-        ),
+        passings=passings_after(before.passings, rules.met, near.frame, choice.node, near.margin_m),
         way_out=taken.way_out,
         no_way_out=taken.banned,
-        wind_mps=at_hand.situation.wind_mps,
+        wind_mps=situation.wind_mps,
         long_range=None if rules.afar is None else rules.afar.told(choice.node),
     )
 
 
-def _decide_within(at_hand: BeforeChoice, choice: Choice, *, strict: bool) -> float:
+def _decide_within(leaving: Leaving, choice: Choice) -> float:
     """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
     turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
     the movement.
     """
-    planner, prepared, near = at_hand.planner, at_hand.prepared, at_hand.near
-    reach_set, hazards = prepared.reach_set, near.hazards
+    planner, prepared, near = leaving.planner, leaving.prepared, leaving.rated.near
+    reach_set, hazards, ways = prepared.reach_set, near.hazards, leaving.ways
+    strict = ways is not None and ways.strict
     first = prepared.first_node[choice.node]
     one_movement = float(reach_set.end_time_s[first])
     in_reach = len(hazards.points.radius_m) + len(hazards.shapes.radius_m)

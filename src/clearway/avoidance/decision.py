@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
-from clearway.avoidance.chosen import Basis, Choice, Grounds
+from clearway.avoidance.chosen import Basis, Choice
 from clearway.avoidance.from_here import FromHere
 from clearway.avoidance.fusion import CellAssessment
 from clearway.avoidance.goal import Goal
@@ -24,13 +23,6 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
-
-
-class Known(Protocol):
-    """What all sources together mean for the cells."""
-
-    @property
-    def assessed(self) -> CellAssessment: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +45,6 @@ class Decision:
     """The movement buffer to execute."""
     goal: Goal
     margin_m: float
-    known: Known
-    """What was known of the cells, in the grid frame."""
     found_again: FromHere
     """Where it was taken, and by whom."""
     decide_within_s: float
@@ -78,13 +68,13 @@ class Decision:
 
     @property
     def cells(self) -> CellAssessment:
-        """What was known of every cell; worked out when first asked for."""
-        return self.known.assessed
+        """What was known of every cell."""
+        return self.choice.grounds.cells
 
     @property
     def reach(self) -> ReachAssessment:
         """How trajectories were rated."""
-        return self.choice.grounds.assessment
+        return self.choice.grounds.reach
 
     @property
     def prepared(self) -> PreparedReachSet:
@@ -101,10 +91,7 @@ class Decision:
     def seen_m(self) -> FloatArray:
         """[n, 3] places of the returns that it keeps clear of, world frame; of past decisions of a
         long flight the middles of the voxels that hold them."""
-        grounds = self.choice.grounds
-        if isinstance(grounds, Grounds):
-            return self.frame.world_points(grounds.hazards.points.position_m)
-        return grounds.seen_m
+        return self.choice.grounds.seen_m
 
     @property
     def escapes(self) -> bool:

@@ -19,10 +19,9 @@ from clearway.avoidance.verify import (
     movement_clearance,
     movement_room,
 )
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Bools, Floats2
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray
 from clearway.obstacles.obstacle import Shapes
 
 EMERGENCY_MARGINS = (0.75, 0.5, 0.25, 0.0)
@@ -52,7 +51,7 @@ def best_clearances(
     """[candidates, 2] as `verify.clearances` of those whose clearance rounds to the best; of others
     the clearance may be told as any that does not, -inf too."""
     nodes = candidates.nodes
-    asked = id(hazards), margin_m, nodes.tobytes()
+    asked = hazards, margin_m, nodes.tobytes()
     if asked not in looked.best:
         is_end = np.zeros(len(looked.paths.parent), dtype=np.bool_)
         is_end[nodes] = True
@@ -71,14 +70,13 @@ class _Looks(NamedTuple):
     shapes: Shapes
     moving: MovingHazards
     margin_m: float
-    is_end: BoolArray
+    is_end: Bools
     """[nodes] whether a candidate ends there."""
-    known: FloatArray
+    known: Floats2
     """[nodes, 3] as of `KnownClearances.at`."""
     room: MovementRoom
 
 
-@by_leaf
 @compiled
 def _best_clearances(
     paths: Paths,
@@ -86,9 +84,9 @@ def _best_clearances(
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
-    is_end: BoolArray,
-    known: FloatArray,
-) -> FloatArray:
+    is_end: Bools,
+    known: Floats2,
+) -> Floats2:
     room = movement_room(paths, shapes)
     looks = _Looks(paths, bins, shapes, moving, margin, is_end, known, room)
     result = np.empty((len(is_end), 2))
@@ -134,7 +132,7 @@ def _greedy(looks: _Looks) -> float:
 
 
 @borrowing
-def _note_best(looks: _Looks, best: float, result: FloatArray) -> None:
+def _note_best(looks: _Looks, best: float, result: Floats2) -> None:
     """Fill in [nodes, 2] clearance and lack along the way to each node, -inf below the best."""
     parent, margin = looks.paths.parent, looks.margin_m
     for n in range(len(looks.is_end)):

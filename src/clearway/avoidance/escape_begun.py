@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
+from clearway.base.arrays import Floats, Floats2, Int8s, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
 
@@ -24,9 +23,9 @@ class Tips(NamedTuple):
     """Where beginnings lead from a start at yaw 0, for places to be looked up: it stays the same
     from decision to decision, and is filled in as far as any asked."""
 
-    places: FloatArray
+    places: Floats2
     """[beginnings, 6] place at its end in still air, cosine and sine of the yaw, and when."""
-    known: IntArray
+    known: Ints
     """[1] the first so many are filled in."""
 
 
@@ -40,21 +39,21 @@ def tips_of(ways: Ways) -> Tips:
 class Begun(NamedTuple):
     """Where beginnings lead from one start, each as soon as it is asked for."""
 
-    poses: FloatArray
+    poses: Floats2
     """[beginnings, 4] at their ends, in still air: what is verified begins there."""
-    times_s: FloatArray
+    times_s: Floats
     """[beginnings]"""
-    posed: Known
+    posed: Int8s
     """[beginnings] whether the two are known."""
-    placed: FloatArray
+    placed: Floats2
     """[beginnings, 5] by `placed_at`, but for rounding: to look places up."""
-    up: IntArray
+    up: Ints
     """[beginnings] room for those before one."""
     tips: Tips
 
 
 @compiled
-def begun_at(pose: FloatArray, start_s: float, tips: Tips, terms: EscapeTerms) -> Begun:
+def begun_at(pose: Floats, start_s: float, tips: Tips, terms: EscapeTerms) -> Begun:
     """The empty beginning, and room for the others."""
     count = len(tips.places)
     poses, times, posed = np.empty((count, 4)), np.empty(count), np.zeros(count, dtype=np.int8)
@@ -64,7 +63,7 @@ def begun_at(pose: FloatArray, start_s: float, tips: Tips, terms: EscapeTerms) -
 
 
 @compiled
-def wind_of(terms: EscapeTerms) -> FloatArray:
+def wind_of(terms: EscapeTerms) -> Floats:
     """[3] in the world; the terms have it in the level frame."""
     cosine, sine = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
     level, wind = terms.wind_mps, np.empty(3)
@@ -75,7 +74,7 @@ def wind_of(terms: EscapeTerms) -> FloatArray:
 
 
 @compiled
-def placed_at(pose: FloatArray, start_s: float, terms: EscapeTerms) -> FloatArray:
+def placed_at(pose: Floats, start_s: float, terms: EscapeTerms) -> Floats:
     """[5] world place of a pose at a time, cosine and sine of its yaw."""
     yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(5)
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -88,7 +87,7 @@ def placed_at(pose: FloatArray, start_s: float, terms: EscapeTerms) -> FloatArra
 
 
 @borrowing
-def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: FloatArray) -> None:
+def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: Floats) -> None:
     """Fill in where a beginning is placed."""
     tips, placed = begun.tips.places, begun.placed
     if begin >= begun.tips.known[0]:
@@ -157,7 +156,7 @@ def begin_was_seen(
     ways: Ways,
     legs: Legs,
     begun: Begun,
-    seen: Known,
+    seen: Int8s,
     terms: EscapeTerms,
     room: LegRoom,
 ) -> bool:
@@ -183,7 +182,7 @@ def begin_keeps_margin(
     ways: Ways,
     legs: Legs,
     begun: Begun,
-    clear: Known,
+    clear: Int8s,
     terms: EscapeTerms,
     room: LegRoom,
 ) -> bool:
@@ -204,7 +203,7 @@ def begin_keeps_margin(
 
 
 @borrowing
-def _note_up_to(begin: int, ways: Ways, state: Known, up: IntArray) -> int:
+def _note_up_to(begin: int, ways: Ways, state: Int8s, up: Ints) -> int:
     """Fill in a beginning and those before it of which nothing is known yet, the first one last;
     returns how many."""
     count, b = 0, begin

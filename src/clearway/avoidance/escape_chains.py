@@ -17,10 +17,8 @@ from clearway.avoidance.escape_legs import (
     pose_after,
     turn_to_grid,
 )
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.legs import Legs
 
@@ -28,11 +26,11 @@ from clearway.reach.legs import Legs
 class Chain(NamedTuple):
     """Where each of some movements, flown one after the other, begins; room for more."""
 
-    poses: FloatArray
+    poses: Floats2
     """[n + 1, 4]"""
-    times_s: FloatArray
+    times_s: Floats
     """[n + 1]"""
-    at: IntArray
+    at: Ints
     """[n + 1] attitudes."""
     leg: LegRoom
 
@@ -45,12 +43,11 @@ def chain_for(movements: int, legs: Legs, shapes: Shapes) -> Chain:
     return Chain(np.empty((movements + 1, 4)), times, at, leg)
 
 
-@by_leaf
 @compiled
 def chain_keeps(
-    movements: IntArray,
+    movements: Ints,
     start: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     legs: Legs,
     terms: EscapeTerms,
@@ -69,7 +66,7 @@ def chain_keeps(
 
 @borrowing
 def chain_was_seen(
-    movements: IntArray, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain
+    movements: Ints, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain
 ) -> bool:
     """Whether all movements of a chain lead through seen space, so far from the unseen."""
     for turn in range(len(movements)):
@@ -84,7 +81,7 @@ def chain_was_seen(
 
 
 @borrowing
-def chain_keeps_margin(movements: IntArray, legs: Legs, terms: EscapeTerms, chain: Chain) -> bool:
+def chain_keeps_margin(movements: Ints, legs: Legs, terms: EscapeTerms, chain: Chain) -> bool:
     """Whether all movements of a chain keep the margin."""
     for turn in range(len(movements)):
         n = _far_first(turn, len(movements))
@@ -97,7 +94,7 @@ def chain_keeps_margin(movements: IntArray, legs: Legs, terms: EscapeTerms, chai
 
 @borrowing
 def may_be_flown(
-    movements: IntArray, start: int, pose: FloatArray, start_s: float, legs: Legs, chain: Chain
+    movements: Ints, start: int, pose: Floats, start_s: float, legs: Legs, chain: Chain
 ) -> bool:
     """Whether movements may follow each other; fills in where and when each begins."""
     poses, times, at = chain.poses, chain.times_s, chain.at
@@ -127,13 +124,13 @@ def _far_first(turn: int, count: int) -> int:
 
 @compiled
 def chain_corners(
-    movements: IntArray,
+    movements: Ints,
     start: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     legs: Legs,
-    wind: FloatArray,
-) -> FloatArray:
+    wind: Floats,
+) -> Floats2:
     """[movements x samples, 3] places along movements one after the other, level frame.
 
     wind: [3] likewise.
@@ -150,7 +147,7 @@ def chain_corners(
 
 
 @compiled
-def rounds(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+def rounds(loop: Ints, legs: Legs, least_s: float) -> Ints:
     """A loop as often as it takes to fly for so long, once at least."""
     one_s = 0.0
     for m in loop:
@@ -163,7 +160,7 @@ def rounds(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
 
 
 @borrowing
-def step_on(poses: FloatArray, n: int, path: FloatArray) -> None:
+def step_on(poses: Floats2, n: int, path: Floats2) -> None:
     """Fill in the pose after the one numbered `n`."""
     cosine, sine = np.cos(poses[n, 3]), np.sin(poses[n, 3])
     last = len(path) - 1
@@ -175,9 +172,9 @@ def step_on(poses: FloatArray, n: int, path: FloatArray) -> None:
 
 @compiled
 def chain_room(
-    movements: IntArray,
+    movements: Ints,
     start: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     legs: Legs,
     terms: EscapeTerms,
@@ -197,7 +194,7 @@ def chain_room(
 
 @borrowing
 def _room_along(
-    movements: IntArray,
+    movements: Ints,
     legs: Legs,
     terms: EscapeTerms,
     enough: float,

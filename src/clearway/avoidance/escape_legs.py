@@ -13,13 +13,12 @@ import numpy as np
 from clearway.avoidance.clearance import Span, reach_about
 from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import MovingHazards, PointBins
+from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.seen_space import (
     NO_VOXELS,
-    Voxels,
     box_about,
     is_box_free,
     is_declared,
@@ -34,9 +33,9 @@ Times = tuple[float, float]
 class EscapeTerms(NamedTuple):
     """What an escape is held against."""
 
-    free: Voxels
+    free: UInt64s3
     """Of what was seen to be free, with its window."""
-    window: FloatArray
+    window: Floats
     must_see: bool
     """Whether what nobody has seen counts as occupied."""
     unseen_m: float
@@ -45,21 +44,21 @@ class EscapeTerms(NamedTuple):
     """Distance to be kept from what is known."""
     slope: float
     """Growth of the margin with the distance from the vehicle."""
-    origin_m: FloatArray
+    origin_m: Floats
     """[3] world frame."""
     yaw_rad: float
-    grid_from_level: FloatArray
+    grid_from_level: Floats2
     """[3, 3]"""
     bins: PointBins
     shapes: Shapes
     moving: MovingHazards
     nothing: MovingHazards
     """No intruder at all."""
-    wind_mps: FloatArray
+    wind_mps: Floats
     """[3] level frame."""
     unsure_mps: float
     """How far off it may be."""
-    tube_m: FloatArray
+    tube_m: Floats
     """[n] within how far of its prediction the vehicle is after 0, 1, ... movements (def. 13);
     empty for exactly there."""
     tube_s: float
@@ -75,11 +74,11 @@ class EscapeTerms(NamedTuple):
 class LegRoom(NamedTuple):
     """Where a movement at a time is laid out."""
 
-    level_m: FloatArray
+    level_m: Floats2
     """[samples + 1, 3] its corners, level frame."""
-    grid_m: FloatArray
+    grid_m: Floats2
     """[samples + 1, 3] likewise in the grid's frame."""
-    middle_m: FloatArray
+    middle_m: Floats
     """[3]"""
     crowd: Crowd
 
@@ -92,7 +91,7 @@ def leg_room(samples: int, shapes: Shapes) -> LegRoom:
 
 
 @compiled
-def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms) -> FloatArray:
+def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Floats2:
     """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4] and carried by
     the wind; poses are those in still air."""
     corners = np.empty((len(path) + 1, 3))
@@ -101,9 +100,7 @@ def carried(pose: FloatArray, path: FloatArray, times: Times, terms: EscapeTerms
 
 
 @borrowing
-def lay_out(
-    pose: FloatArray, path: FloatArray, times: Times, wind: FloatArray, corners: FloatArray
-) -> None:
+def lay_out(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
     """Fill in `carried`."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
     last = len(path)
@@ -121,7 +118,7 @@ def lay_out(
 
 
 @borrowing
-def turn_to_grid(room: LegRoom, grid_from_level: FloatArray) -> None:
+def turn_to_grid(room: LegRoom, grid_from_level: Floats2) -> None:
     """Fill in corners in the grid's frame."""
     g, level, turned = grid_from_level, room.level_m, room.grid_m
     for s in range(len(level)):
@@ -143,7 +140,7 @@ def unsure_after(end_s: float, terms: EscapeTerms) -> float:
 
 
 @compiled
-def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
+def pose_after(pose: Floats, path: Floats2) -> Floats:
     """[4] place and yaw at the end of a movement."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
     end = path[len(path) - 1]
@@ -156,7 +153,7 @@ def pose_after(pose: FloatArray, path: FloatArray) -> FloatArray:
 
 
 @borrowing
-def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
+def was_seen(corners: Floats2, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
     return _way_was_seen(
         corners, sagitta + terms.unseen_m, terms.origin_m, terms.yaw_rad, terms.free, terms.window
@@ -165,12 +162,12 @@ def was_seen(corners: FloatArray, sagitta: float, terms: EscapeTerms) -> bool:
 
 @borrowing
 def _way_was_seen(
-    corners: FloatArray,
+    corners: Floats2,
     radius: float,
-    origin: FloatArray,
+    origin: Floats,
     yaw: float,
-    free: Voxels,
-    window: FloatArray,
+    free: UInt64s3,
+    window: Floats,
 ) -> bool:
     cosine, sine = np.cos(yaw), np.sin(yaw)
     last = len(corners) - 1
@@ -195,8 +192,8 @@ def _way_was_seen(
 
 @compiled
 def leg_keeps(
-    pose: FloatArray,
-    path: FloatArray,
+    pose: Floats,
+    path: Floats2,
     sagitta: float,
     start_s: float,
     end_s: float,
@@ -211,8 +208,8 @@ def leg_keeps(
 
 @borrowing
 def leg_was_seen(
-    pose: FloatArray,
-    path: FloatArray,
+    pose: Floats,
+    path: Floats2,
     sagitta: float,
     times: Times,
     unseen: float,
@@ -229,8 +226,8 @@ def leg_was_seen(
 
 @borrowing
 def leg_keeps_margin(
-    pose: FloatArray,
-    path: FloatArray,
+    pose: Floats,
+    path: Floats2,
     sagitta: float,
     times: Times,
     terms: EscapeTerms,

@@ -7,18 +7,18 @@ import numpy as np
 from clearway.avoidance.escape_chains import step_on
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.hazards import has_point_within
+from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
-from clearway.sensors.seen_space import Voxels, is_free
+from clearway.sensors.seen_space import is_free
 
 NEARLY = 0.9
 """Of a distance, so that rounding never makes a first look stricter than the last."""
 
 
 @compiled
-def loop_places(ways: Ways, legs: Legs) -> FloatArray:
+def loop_places(ways: Ways, legs: Legs) -> Floats2:
     """[..., 4] where and when each movement of each loop ends, from the loop's start at yaw 0; of
     each loop those half way round first, since most that lead where nobody has looked do so
     there."""
@@ -46,14 +46,14 @@ def loop_places(ways: Ways, legs: Legs) -> FloatArray:
 
 @borrowing
 def places_were_seen(
-    places: FloatArray,
+    places: Floats2,
     first: int,
     last: int,
-    placed: FloatArray,
-    wind: FloatArray,
+    placed: Floats,
+    wind: Floats,
     radius: float,
-    free: Voxels,
-    window: FloatArray,
+    free: UInt64s3,
+    window: Floats,
 ) -> bool:
     """Whether places first to last of a loop were seen, in one round of it.
 
@@ -73,10 +73,10 @@ def places_were_seen(
 
 @borrowing
 def places_are_clear(
-    places: FloatArray,
+    places: Floats2,
     first: int,
     last: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     terms: EscapeTerms,
 ) -> bool:

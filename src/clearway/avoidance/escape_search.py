@@ -9,7 +9,6 @@ from clearway.avoidance.escape_begun import (
     KEEPS,
     UNKNOWN,
     Begun,
-    Known,
     Tips,
     begin_keeps_margin,
     begin_was_seen,
@@ -36,10 +35,8 @@ from clearway.avoidance.wide_space import (
     look_at,
     steps_within,
 )
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2, Int8s, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import is_free, is_place_free
@@ -56,7 +53,7 @@ HERE = np.zeros((1, 4))
 
 
 @compiled
-def movements_of(ways: Ways, escape: int) -> IntArray:
+def movements_of(ways: Ways, escape: int) -> Ints:
     """All movements of an escape: its beginning and one round of its loop."""
     loop = ways.loop[escape]
     first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
@@ -74,18 +71,17 @@ def movements_of(ways: Ways, escape: int) -> IntArray:
     return movements
 
 
-@by_leaf
 @compiled
 def first_escape(
     ways: Ways,
     legs: Legs,
-    places: FloatArray,
+    places: Floats2,
     tips: Tips,
     start: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     terms: EscapeTerms,
-    aloof_m: FloatArray,
+    aloof_m: Floats,
     near: TooNear,
     wide: WideSpace,
 ) -> tuple[int, float, float]:
@@ -170,13 +166,13 @@ def _first_seen(
     escape: int,
     ways: Ways,
     legs: Legs,
-    places: FloatArray,
+    places: Floats2,
     begun: Begun,
-    met: Known,
-    cleared: Known,
-    clear: Known,
-    seen: Known,
-    wind: FloatArray,
+    met: Int8s,
+    cleared: Int8s,
+    clear: Int8s,
+    seen: Int8s,
+    wind: Floats,
     unseen: float,
     terms: EscapeTerms,
     room: LegRoom,
@@ -226,12 +222,12 @@ def _first_clear(
     escape: int,
     ways: Ways,
     legs: Legs,
-    places: FloatArray,
+    places: Floats2,
     begun: Begun,
-    met: Known,
-    cleared: Known,
-    clear: Known,
-    seen: Known,
+    met: Int8s,
+    cleared: Int8s,
+    clear: Int8s,
+    seen: Int8s,
     terms: EscapeTerms,
     room: LegRoom,
     near: TooNear,
@@ -266,11 +262,11 @@ def _first_loop_seen(
     until: int,
     ways: Ways,
     legs: Legs,
-    places: FloatArray,
+    places: Floats2,
     begun: Begun,
-    wind: FloatArray,
-    met: Known,
-    cleared: Known,
+    wind: Floats,
+    met: Int8s,
+    cleared: Int8s,
     unseen: float,
     terms: EscapeTerms,
     near: TooNear,
@@ -317,10 +313,10 @@ def _first_loop_seen(
 def _first_loop_clear(
     escape: int,
     ways: Ways,
-    places: FloatArray,
+    places: Floats2,
     begun: Begun,
-    met: Known,
-    cleared: Known,
+    met: Int8s,
+    cleared: Int8s,
     terms: EscapeTerms,
     near: TooNear,
 ) -> int:
@@ -342,10 +338,10 @@ def _first_loop_clear(
 
 @borrowing
 def _is_clear_of_returns(
-    places: FloatArray,
+    places: Floats2,
     first: int,
     last: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     terms: EscapeTerms,
     near: TooNear,
@@ -364,7 +360,7 @@ def _is_clear_of_returns(
 
 
 @borrowing
-def _is_clear(placed: FloatArray, unseen: float, terms: EscapeTerms) -> bool:
+def _is_clear(placed: Floats, unseen: float, terms: EscapeTerms) -> bool:
     """Whether about a place, by `placed_at`, so much was seen: quick to tell that what begins or
     ends there did not."""
     x, y, z = placed[0], placed[1], placed[2]

@@ -27,7 +27,6 @@ from clearway.base.compiled import plain, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
-from clearway.base.state import BoolArray
 from clearway.obstacles.cells import base_probability
 from clearway.obstacles.cells import coated_cells as coated_by_map
 from clearway.obstacles.obstacle import Shapes
@@ -38,7 +37,6 @@ from clearway.traffic.models.many import MANOEUVRE, Intruders
 
 NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
 NOBODY_NEAR = Intruders.of(())
-NO_SHARES, NO_MARKS = np.zeros(0), np.zeros(0, dtype=np.bool_)
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""
 MOST_MEASURED = 20_000
@@ -116,79 +114,41 @@ def in_reach(
     return InReach(frame, margin, hazards, intruders)
 
 
-class Sources(NamedTuple):
-    """What each source says of every cell, in arrays of one kind for compiled loops.
+def evidence_of(
+    terms: Terms, situation: Situation, near: InReach, intruders: Sequence[IntruderCells]
+) -> Evidence:
+    """Return what each source says of every cell: sensors 5.2 and 5.3, map 5.4, intruders 5.1.
 
-    What sensors say has no length where it is yet to be worked out from a scan at hand.
+    Parameters
+    ----------
+    terms
+        A planner or a scene: the grid, and how evidence is gathered.
+    situation
+        Its detections are what sensors say.
+    near
+        Points and shapes around, in the grid frame, and the margin that inflates them.
+    intruders
+        What intruders mean for the cells, by `intruder_cells`.
     """
-
-    detected: FloatArray
-    """[cells] P_OD (5.38)."""
-    visibility: FloatArray
-    """[cells] P_V (5.47)."""
-    seen: BoolArray
-    """[cells] as of `fusion.Evidence`."""
-    map_base: FloatArray
-    """[cells] (5.53)."""
-    intruder: FloatArray
-    """[cells] P_OI (5.37)."""
-    coated_by_map: BoolArray
-    """[cells] that the margin around shapes reaches into."""
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-    def evidence(self, grid: AvoidanceGrid, coated: BoolArray) -> Evidence:
-        """All together; coated: [cells] by points and by shapes."""
-        return Evidence(
-            grid,
-            self.detected,
-            self.visibility,
-            self.map_base,
-            self.intruder,
-            coated,
-            self.seen,
-        )
-
-
-def sources_of(
-    terms: Terms, situation: Situation, near: InReach, cells: Sequence[IntruderCells]
-) -> Sources:
-    """Per-cell evidence of each source: sensors 5.2 and 5.3, map 5.4, intruders 5.1."""
-    if situation.detections:
+    grid, points, shapes = terms.grid, near.hazards.points, near.hazards.shapes
+    detected = map_base = met = np.zeros(grid.cells)
+    if situation.detections:  # (5.38), (5.41), (5.47)
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
-        detected, visibility, seen = sensed.detected, sensed.visibility, sensed.seen
-    else:
-        free = Evidence.free(terms.grid)
-        detected, visibility, seen = free.detected, free.visibility, free.seen
-    others = sources_but_sensors(terms, near, cells)
-    return others._replace(
-        detected=plain(detected), visibility=plain(visibility), seen=plain(seen, np.bool_)
-    )
-
-
-def sources_but_sensors(terms: Terms, near: InReach, cells: Sequence[IntruderCells]) -> Sources:
-    """The same of map and intruders alone."""
-    grid, shapes = terms.grid, near.hazards.shapes
-    map_base = intruder = np.zeros(grid.cells)
-    coated_by_shapes = np.zeros(grid.cells, dtype=np.bool_)
-    if len(shapes.radius_m):
+        detected, visibility = plain(sensed.detected), plain(sensed.visibility)
+        seen = plain(sensed.seen, np.bool_)
+    else:  # Nothing known and everything visible, as (4.19) starts.
+        visibility, seen = np.ones(grid.cells), np.ones(grid.cells, dtype=np.bool_)
+    coated = coated_by_points(grid, points.position_m, points.radius_m + near.margin_m)
+    if len(shapes.radius_m):  # (5.53)
         map_base = plain(base_probability(shapes, grid, terms.settings.accuracy))
-        coated_by_shapes = plain(coated_by_map(shapes, grid, near.margin_m), np.bool_)
-    if cells:
-        intruder = plain(
-            cells[0].probability
-            if len(cells) == 1
-            else combine_intruders(np.concatenate([one.each for one in cells]))
-        )  # (5.37)
-    return Sources(NO_SHARES, NO_SHARES, NO_MARKS, map_base, intruder, coated_by_shapes)
-
-
-def coated_cells(terms: Terms, near: InReach, sources: Sources) -> BoolArray:
-    """[cells] that the margin around points and shapes reaches into (def. 5, def. 6)."""
-    points = near.hazards.points
-    radii = points.radius_m + near.margin_m
-    return coated_by_points(terms.grid, points.position_m, radii) | sources.coated_by_map
+        coated = coated | coated_by_map(shapes, grid, near.margin_m)
+    if intruders:  # (5.37)
+        met = plain(
+            intruders[0].probability
+            if len(intruders) == 1
+            else combine_intruders(np.concatenate([one.each for one in intruders]))
+        )
+    return Evidence(grid, detected, visibility, map_base, met, coated, seen)
 
 
 def intruder_cells(

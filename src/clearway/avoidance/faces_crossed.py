@@ -19,9 +19,8 @@ from clearway.avoidance.chord_distance import (
     shape_chord_distance,
     shape_size,
 )
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import distance_beyond, local_point
 
@@ -33,25 +32,25 @@ take are searched one by one: which way a search goes would be told by rounding.
 class Crossings(NamedTuple):
     """Chords over one pair of faces each, and room for as many as there may be."""
 
-    shape: IntArray
+    shape: Ints
     """[chords]"""
-    chord: IntArray
+    chord: Ints
     """[chords] which chord of the movement."""
-    middle: FloatArray
+    middle: Floats
     """[chords] where along the chord the middle between the faces is, as a share of it."""
-    step_m: FloatArray
+    step_m: Floats
     """[chords] how far apart the chord's ends are across the faces."""
-    least_m: FloatArray
+    least_m: Floats
     """[chords] how far the nearer end is from the shape, but for rounding."""
-    doubt_m: FloatArray
+    doubt_m: Floats
     """[chords] how much rounding may take, and more."""
-    low: FloatArray
+    low: Floats
     """[chords] where the search is; shares of the chord."""
-    high: FloatArray
+    high: Floats
     """[chords]"""
-    close: FloatArray
+    close: Floats
     """[chords] how near it came to going the other way, as a share of the chord."""
-    local_m: FloatArray
+    local_m: Floats2
     """[corners, 3] of the movement, in the axes of one shape."""
 
 
@@ -74,7 +73,7 @@ def crossings_for(shapes: int, corners: int) -> Crossings:
 
 
 @inlined
-def own_axes_bound(corners: FloatArray, shapes: Shapes, s: int, local: FloatArray) -> float:
+def own_axes_bound(corners: Floats2, shapes: Shapes, s: int, local: Floats2) -> float:
     """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
     corners, along the shape's own axes, is from the shape. Tight for what is large or flat.
 
@@ -89,7 +88,7 @@ def own_axes_bound(corners: FloatArray, shapes: Shapes, s: int, local: FloatArra
 
 
 @inlined
-def _box_bound(local: FloatArray, first: int, last: int, half: FloatArray, radius: float) -> float:
+def _box_bound(local: Floats2, first: int, last: int, half: Floats, radius: float) -> float:
     """How far the box around some corners is from a rounded one."""
     lx, ly, lz = local[first, 0], local[first, 1], local[first, 2]
     hx, hy, hz = lx, ly, lz
@@ -108,7 +107,7 @@ def _box_bound(local: FloatArray, first: int, last: int, half: FloatArray, radiu
 
 
 @inlined
-def _is_crossing(q: int, half: FloatArray, local: FloatArray, doubt: float) -> bool:
+def _is_crossing(q: int, half: Floats, local: Floats2, doubt: float) -> bool:
     """Whether chord `q` crosses the middle between the nearest two faces of a box and stays over
     them, beyond doubt. local: [corners, 3] in the box's axes."""
     axis, one, other = _axes(half)
@@ -125,14 +124,14 @@ def _is_crossing(q: int, half: FloatArray, local: FloatArray, doubt: float) -> b
 
 
 @inlined
-def _axes(half: FloatArray) -> tuple[int, int, int]:
+def _axes(half: Floats) -> tuple[int, int, int]:
     """The axis across the faces that are nearest to each other, and the other two."""
     axis = 0 if half[0] <= min(half[1], half[2]) else 1 if half[1] <= half[2] else 2
     return axis, (axis + 1) % 3, (axis + 2) % 3
 
 
 @borrowing
-def way_size(corners: FloatArray) -> float:
+def way_size(corners: Floats2) -> float:
     """Of a way through corners [n, 3], for `DOUBT`: no less than that of any of its chords."""
     size = 0.0
     for axis in range(3):
@@ -174,7 +173,7 @@ def collect(
 
 @borrowing
 def others_distance(
-    corners: FloatArray, size: float, shapes: Shapes, s: int, enough: float, local: FloatArray
+    corners: Floats2, size: float, shapes: Shapes, s: int, enough: float, local: Floats2
 ) -> float:
     """Distance of shape `s` from the chords that do not cross it so; exact below `enough`.
 
@@ -211,7 +210,7 @@ def search(crossings: Crossings, many: int) -> None:
 
 @inlined
 def crossing_distance(
-    corners: FloatArray, shapes: Shapes, crossings: Crossings, m: int, enough: float
+    corners: Floats2, shapes: Shapes, crossings: Crossings, m: int, enough: float
 ) -> float:
     """As `shape_chord_distance` of one chord that was searched; exact below `enough`."""
     s, q, doubt = crossings.shape[m], crossings.chord[m], crossings.doubt_m[m]

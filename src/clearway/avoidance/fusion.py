@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from clearway.avoidance.calibration import calibration, classes_of
 from clearway.avoidance.reach_rating import ReachAssessment as ReachAssessment
 from clearway.avoidance.reach_rating import rate_reach_set as rate_reach_set
 from clearway.avoidance.reach_rating import untouched as untouched
+from clearway.base.arrays import Floats
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
@@ -28,7 +30,7 @@ from clearway.base.state import BoolArray
 from clearway.base.variants import Variants
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Evidence:
     """What every source says of every cell; `Evidence.free` is the start of (4.19)."""
 
@@ -42,7 +44,8 @@ class Evidence:
     intruder: FloatArray
     """[cells] P_OI, probability of meeting an intruder (5.37)."""
     coated: BoolArray
-    """[cells] true where the safety margin around the evidence reaches into the cell."""
+    """[cells] true where the safety margin around points and shapes reaches into the cell: the
+    inflated obstacles (def. 5, def. 6)."""
     seen: BoolArray
     """[cells] true where some beam of some sensor looks into the cell's column."""
 
@@ -54,36 +57,52 @@ class Evidence:
         zeros, nothing = np.zeros(grid.cells), np.zeros(grid.cells, dtype=np.bool_)
         return cls(grid, zeros, np.ones(grid.cells), zeros, zeros, nothing, ~nothing)
 
+    @property
+    def map(self) -> FloatArray:
+        """[cells] P_OM (5.54)."""
+        return self._obstacles[0]
 
-Rating = Callable[[Evidence, FloatArray, FloatArray], FloatArray]
-"""(evidence, obstacle [cells], unknown [cells]) -> how safe each cell is, [cells] in [0, 1]."""
+    @property
+    def obstacle(self) -> FloatArray:
+        """[cells] P_O (4.17)."""
+        return self._obstacles[1]
+
+    @cached_property
+    def _obstacles(self) -> tuple[FloatArray, FloatArray]:
+        """P_OM and P_O, computed when first asked for: the rating `total` needs neither."""
+        return obstacle_of(self.detected, self.visibility, self.map_base, self.intruder)
 
 
-def printed(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+Rating = Callable[[Evidence, FloatArray], FloatArray]
+"""(evidence, unknown [cells]) -> how safe each cell is, [cells] in [0, 1]."""
+OwnRating = Callable[[Evidence, FloatArray, FloatArray], FloatArray]
+"""(evidence, obstacle [cells], unknown [cells]) -> the same, as a user writes it."""
+
+
+def printed(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """1 - P_O P_V, the factor of (4.22) as printed: what is hidden costs nothing."""
-    rating = 1.0 - obstacle * evidence.visibility
+    rating = 1.0 - evidence.obstacle * evidence.visibility
     return np.where(evidence.seen, rating, rating * (1.0 - unknown))
 
 
-def visible(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+def visible(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """P_V (1 - P_O), as 2.2.2 says it: only what is seen to be free is safe."""
-    rating = evidence.visibility * (1.0 - obstacle)
+    rating = evidence.visibility * (1.0 - evidence.obstacle)
     return np.where(evidence.seen, rating, rating * (1.0 - unknown))
 
 
-def evidence_only(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+def evidence_only(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """1 - P_O: visibility only as far as P_OD and P_OM contain it."""
-    rating = 1.0 - obstacle
+    rating = 1.0 - evidence.obstacle
     return np.where(evidence.seen, rating, rating * (1.0 - unknown))
 
 
-def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+def total(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """(1 - P_OI) [max(0, P_V - P_OD) + (1 - P_V)(1 - base)(1 - u)]: by total probability.
 
     A visible part of the cell is free unless a beam returned from it; a hidden part is free
     unless the map fills it or unknown space counts as blocked.
     """
-    del obstacle
     return total_of(
         evidence.detected,
         evidence.visibility,
@@ -95,12 +114,12 @@ def total(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> Floa
 
 @compiled
 def total_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-    unknown: FloatArray,
-) -> FloatArray:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+    unknown: Floats,
+) -> Floats:
     """The rating `total` of every cell."""
     rating = np.empty(len(detected))
     for cell in range(len(detected)):
@@ -112,27 +131,34 @@ def total_of(
     return rating
 
 
-def calibrated(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
+def calibrated(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """The total rating as what came of it: of passages rated so, the share that kept the margin."""
-    said = total(evidence, obstacle, unknown)
+    said = total(evidence, unknown)
     classes = classes_of(evidence.coated, evidence.visibility, evidence.intruder)
     rating = calibration()(said, classes)
     return np.where(evidence.seen, rating, rating * (1.0 - unknown))
 
 
-def _own_rating(label: str, found: Any) -> Rating:
-    """A user's rating; what is no number within [0, 1] for every cell is refused in flight too."""
+def own_rating(label: str, found: Any) -> Rating:
+    """Return a user's `OwnRating` as a `Rating` that checks each result, in flight too.
+
+    Raises
+    ------
+    OwnCodeError
+        At once for what cannot be called with the three arguments. In flight for what raises, and
+        for a result that is not one number within [0, 1] for every cell.
+    """
     function = guarded(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
 
-    def rating(evidence: Evidence, obstacle: FloatArray, unknown: FloatArray) -> FloatArray:
-        said = function(evidence, obstacle, unknown)
+    def rating(evidence: Evidence, unknown: FloatArray) -> FloatArray:
+        returned = function(evidence, evidence.obstacle, unknown)
         try:
-            rated = np.ascontiguousarray(said, dtype=np.float64)
+            rated = np.ascontiguousarray(returned, dtype=np.float64)
         except (TypeError, ValueError):
-            raise OwnCodeError(label, f"gave {type(said).__name__}, no numbers") from None
-        if rated.shape != obstacle.shape:
+            raise OwnCodeError(label, f"gave {type(returned).__name__}, no numbers") from None
+        if rated.shape != unknown.shape:
             raise OwnCodeError(
-                label, f"gave an array {rated.shape}; one number a cell is {obstacle.shape}"
+                label, f"gave an array {rated.shape}; one number a cell is {unknown.shape}"
             )
         if not (rated.min() >= 0.0 and rated.max() <= 1.0):
             raise OwnCodeError(
@@ -152,7 +178,7 @@ RATINGS: Variants[Rating] = Variants(
         "evidence": evidence_only,
         "calibrated": calibrated,
     },
-    _own_rating,
+    own_rating,
 )
 """Ratings by name; add one here."""
 
@@ -167,14 +193,20 @@ class CellAssessment:
     """Probabilities and rating of every cell."""
 
     evidence: Evidence
-    map: FloatArray
-    """[cells] P_OM (5.54)."""
-    obstacle: FloatArray
-    """[cells] P_O (4.17)."""
     rating: FloatArray
     """[cells] how safe a passage is, in [0, 1]."""
 
     __repr__ = brief
+
+    @property
+    def map(self) -> FloatArray:
+        """[cells] P_OM (5.54)."""
+        return self.evidence.map
+
+    @property
+    def obstacle(self) -> FloatArray:
+        """[cells] P_O (4.17)."""
+        return self.evidence.obstacle
 
 
 def assess_cells(
@@ -183,27 +215,30 @@ def assess_cells(
     unknown: float = 0.0,
     unknown_unseen: float = 1.0,
 ) -> CellAssessment:
-    """Obstacle probability and rating of all cells, (4.17), (5.54) and the named rating.
+    """Rate all cells; P_O (4.17) and P_OM (5.54) are computed only for a rating that needs them.
 
-    unknown: how far hidden space counts as blocked, u in [0, 1]; unknown_unseen: the same for
-    columns without any beam.
+    Parameters
+    ----------
+    evidence
+        What every source says of every cell.
+    rating
+        One of `RATINGS`, or a user's by `own_rating`.
+    unknown
+        How far hidden space counts as blocked, u in [0, 1].
+    unknown_unseen
+        The same for columns without any beam.
     """
-    map_probability, obstacle = obstacle_of(
-        evidence.detected, evidence.visibility, evidence.map_base, evidence.intruder
-    )
-    unknown_cells = unknown_of(evidence.seen, float(unknown), float(unknown_unseen))
-    return CellAssessment(
-        evidence, map_probability, obstacle, rating(evidence, obstacle, unknown_cells)
-    )
+    unknown_cells = np.where(evidence.seen, float(unknown), float(unknown_unseen))
+    return CellAssessment(evidence, rating(evidence, unknown_cells))
 
 
 @compiled
 def obstacle_of(
-    detected: FloatArray,
-    visibility: FloatArray,
-    map_base: FloatArray,
-    intruder: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    detected: Floats,
+    visibility: Floats,
+    map_base: Floats,
+    intruder: Floats,
+) -> tuple[Floats, Floats]:
     """P_OM (5.54) and P_O (4.17) of every cell."""
     cells = len(detected)
     map_probability, obstacle = np.empty(cells), np.empty(cells)
@@ -212,12 +247,3 @@ def obstacle_of(
         free = (1.0 - intruder[cell]) * (1.0 - map_probability[cell]) * (1.0 - detected[cell])
         obstacle[cell] = 1.0 - free
     return map_probability, obstacle
-
-
-@compiled
-def unknown_of(seen: BoolArray, unknown: float, unknown_unseen: float) -> FloatArray:
-    """[cells] how far what is hidden counts as blocked."""
-    shares = np.empty(len(seen))
-    for cell in range(len(seen)):
-        shares[cell] = unknown if seen[cell] else unknown_unseen
-    return shares

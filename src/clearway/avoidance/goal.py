@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats3, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.frames import FloatArray, length_of
+from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
+
+# Rounding along a path is far below one part in a million.
+ROUNDED_UP = 1.0 + 1e-6
+"""Factor on how far paths lead, so that rounding cannot matter."""
 
 
 class Goal(NamedTuple):
     """Where to go, in the level frame: origin at the vehicle, x along its heading, z up."""
 
-    target_m: FloatArray
+    target_m: Floats
     """[3] the waypoint."""
-    next_m: FloatArray
+    next_m: Floats
     """[3] the one after it; the target again if there is none."""
     reach_radius_m: float
     final: bool
@@ -28,41 +35,72 @@ class Goal(NamedTuple):
         return brief(self)
 
 
-class Arrival(NamedTuple):
-    """Which paths pass the goal, by node."""
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """Which paths pass the goal, by node; measured when first asked for."""
 
-    reached: BoolArray
-    """[nodes] the path to the node's end comes within the reach radius of the target."""
-    first: BoolArray
-    """[nodes] it does so in this movement."""
-    miss_m: FloatArray
-    """[nodes] closest approach to the target on the path so far."""
+    reach_set: ReachSet
+    goal: Goal
+    reach_m: float
+    """How far from the vehicle its paths lead; none comes to a goal that is farther."""
 
-    def __repr__(self) -> str:
-        return brief(self)
+    __repr__ = brief
 
+    @property
+    def reached(self) -> BoolArray:
+        """[nodes] the path to the node's end comes within the reach radius of the target."""
+        return self._nowhere if self._is_beyond else self._measured[0]
 
-def arrival(reach_set: ReachSet, goal: Goal) -> Arrival:
-    """Which paths come within the reach radius of the goal, checked along chords."""
-    return Arrival(
-        *_arrival(
-            reach_set.parent,
-            reach_set.samples_m,
-            reach_set.start_pitch_rad,
-            goal.target_m,
-            goal.reach_radius_m,
+    @property
+    def first(self) -> BoolArray:
+        """[nodes] it does so in this movement."""
+        return self._nowhere if self._is_beyond else self._measured[1]
+
+    @property
+    def miss_m(self) -> FloatArray:
+        """[nodes] closest approach to the target on the path so far."""
+        return self._measured[2]
+
+    @cached_property
+    def _is_beyond(self) -> bool:
+        within_m = self.reach_m + self.goal.reach_radius_m
+        return length_of(self.goal.target_m) > ROUNDED_UP * within_m
+
+    @cached_property
+    def _nowhere(self) -> BoolArray:
+        return np.zeros(self.reach_set.nodes, dtype=np.bool_)
+
+    @cached_property
+    def _measured(self) -> tuple[BoolArray, BoolArray, FloatArray]:
+        one, goal = self.reach_set, self.goal
+        return _arrival(
+            one.parent, one.samples_m, one.start_pitch_rad, goal.target_m, goal.reach_radius_m
         )
-    )
+
+
+def arrival(reach_set: ReachSet, goal: Goal, reach_m: float = np.inf) -> Arrival:
+    """Return which paths come within the reach radius of the goal, checked along chords.
+
+    Parameters
+    ----------
+    reach_set
+        The paths.
+    goal
+        In the level frame.
+    reach_m
+        How far from the vehicle paths lead at most, where that is known.
+    """
+    return Arrival(reach_set, goal, reach_m)
 
 
 @compiled
 def _arrival(
-    parent: IndexArray,
-    samples: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
     start_pitch: float,
-    target: FloatArray,
+    target: Floats,
     reach_radius: float,
-) -> tuple[BoolArray, BoolArray, FloatArray]:
+) -> tuple[Bools, Bools, Floats]:
     nodes, count = samples.shape[0], samples.shape[1]
     reached = np.zeros(nodes, dtype=np.bool_)
     first = np.zeros(nodes, dtype=np.bool_)

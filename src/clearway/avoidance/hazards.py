@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shapes_of
 from clearway.obstacles.rounded_box import local_point
 
@@ -36,9 +35,9 @@ CAUSES = tuple(Cause)
 class PointHazards(NamedTuple):
     """Balls that stand for returns."""
 
-    position_m: FloatArray
+    position_m: Floats2
     """[m, 3]"""
-    radius_m: FloatArray
+    radius_m: Floats
     """[m] half the beam spacing there, plus what thinning and noise add."""
 
     def __repr__(self) -> str:
@@ -48,18 +47,18 @@ class PointHazards(NamedTuple):
 class MovingHazards(NamedTuple):
     """Balls that move in a straight line and grow with time."""
 
-    position_m: FloatArray
+    position_m: Floats2
     """[k, 3] at the start of the trajectories."""
-    velocity_mps: FloatArray
+    velocity_mps: Floats2
     """[k, 3]"""
-    radius_m: FloatArray
+    radius_m: Floats
     """[k] at the start."""
-    growth_mps: FloatArray
+    growth_mps: Floats
     """[k] growth of the radius: spread and uncertainty."""
-    manoeuvre_mps2: FloatArray
+    manoeuvre_mps2: Floats
     """[k] acceleration that it may show any way, at no more than its speed: it then is somewhere in
     the common part of two balls, a t^2 / 2 about its straight way and v t about its place now."""
-    share: FloatArray
+    share: Floats
     """[k] how much of that must be kept clear of, from 0 (the straight way alone) to 1."""
 
     def __repr__(self) -> str:
@@ -69,17 +68,17 @@ class MovingHazards(NamedTuple):
 class PointBins(NamedTuple):
     """Points sorted into cubes, so that a movement looks at those near it only."""
 
-    position_m: FloatArray
+    position_m: Floats2
     """[m, 3] bin after bin."""
-    radius_m: FloatArray
+    radius_m: Floats
     """[m]"""
-    source: IntArray
+    source: Ints
     """[m] index of the point before sorting."""
-    start: IntArray
+    start: Ints
     """[bins + 1] where a bin's points begin."""
-    origin_m: FloatArray
+    origin_m: Floats
     """[3] lowest corner."""
-    counts: IntArray
+    counts: Ints
     """[3] bins along each axis."""
     width_m: float
     largest_m: float
@@ -118,11 +117,7 @@ class Hazards:
     @cached_property
     def bins(self) -> PointBins:
         """The points, in cubes."""
-        return bin_points(*self.points)
-
-    def note_bins(self, bins: PointBins) -> None:
-        """Take over what somebody else has sorted by `bin_points`."""
-        self.__dict__["bins"] = bins
+        return bin_points(self.points.position_m, self.points.radius_m)
 
     def keeping_clear_of(self, share: float) -> Hazards:
         """The same with a share of what intruders may do."""
@@ -132,11 +127,11 @@ class Hazards:
 
 @compiled
 def grown_in_grid(
-    position: FloatArray,
-    radius: FloatArray,
+    position: Floats2,
+    radius: Floats,
     by: float,
-    origin: FloatArray,
-    world_from_grid: FloatArray,
+    origin: Floats,
+    world_from_grid: Floats2,
 ) -> PointHazards:
     """Balls of the world, [n, 3] and [n], in the grid's frame and larger by a length."""
     place, grown = np.empty((len(radius), 3)), np.empty(len(radius))
@@ -148,7 +143,7 @@ def grown_in_grid(
 
 
 @compiled
-def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
+def bin_points(position: Floats2, radius: Floats) -> PointBins:
     """Sort points [m, 3] with radii [m] into cubes."""
     count = len(radius)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -172,7 +167,7 @@ def bin_points(position: FloatArray, radius: FloatArray) -> PointBins:
 
 
 @borrowing
-def _bound(position: FloatArray, radius: FloatArray, low: FloatArray, high: FloatArray) -> float:
+def _bound(position: Floats2, radius: Floats, low: Floats, high: Floats) -> float:
     """Fill in the lowest and highest corner of all; the largest radius."""
     largest = 0.0
     low_x, low_y, low_z = low[0], low[1], low[2]
@@ -189,12 +184,12 @@ def _bound(position: FloatArray, radius: FloatArray, low: FloatArray, high: Floa
 
 @borrowing
 def _count_by_bin(
-    position: FloatArray,
-    low: FloatArray,
-    counts: IntArray,
+    position: Floats2,
+    low: Floats,
+    counts: Ints,
     width: float,
-    own: IntArray,
-    start: IntArray,
+    own: Ints,
+    start: Ints,
 ) -> None:
     """Fill in the bin of each point, and where each bin begins."""
     low_x, low_y, low_z = low[0], low[1], low[2]
@@ -211,13 +206,13 @@ def _count_by_bin(
 
 @borrowing
 def _sort_by_bin(
-    position: FloatArray,
-    radius: FloatArray,
-    own: IntArray,
-    filled: IntArray,
-    sorted_position: FloatArray,
-    sorted_radius: FloatArray,
-    source: IntArray,
+    position: Floats2,
+    radius: Floats,
+    own: Ints,
+    filled: Ints,
+    sorted_position: Floats2,
+    sorted_radius: Floats,
+    source: Ints,
 ) -> None:
     """Fill in the points bin by bin; filled: [bins] where each begins, written into."""
     for n in range(len(own)):

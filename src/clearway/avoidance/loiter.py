@@ -13,10 +13,9 @@ import numpy as np
 
 from clearway.avoidance.clearance import Found, circle_clearance
 from clearway.avoidance.hazards import PointBins
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import SIDE, ReachSet
 
@@ -27,14 +26,14 @@ EARLY_MOVEMENTS = 3
 class LoiterCircles(NamedTuple):
     """Circles that a vehicle can hold at the ends of the movements of a reach set."""
 
-    needed: BoolArray
+    needed: Bools
     """[nodes] where a trajectory leaves through the side: it ends near, possibly in a pocket, and
     is complete only if the vehicle could circle there for as long as it takes."""
-    end_m: FloatArray
+    end_m: Floats2
     """[nodes, 3] grid frame."""
-    left: FloatArray
+    left: Floats2
     """[nodes, 3] level unit vector to the left of the heading there, grid frame."""
-    up: FloatArray
+    up: Floats
     """[3] vertical in the grid frame."""
     radius_m: float
     """Turning radius; 0 where nothing needs to circle."""
@@ -85,11 +84,11 @@ def room_to_circle(
 @borrowing
 def early_room(
     loiter: LoiterCircles,
-    path: IndexArray,
+    path: Ints,
     bins: PointBins,
     shapes: Shapes,
     enough: float,
-    known: FloatArray,
+    known: Floats2,
 ) -> Found:
     """Clearance of the best circle within the first movements of a path, exact below `enough`.
 

@@ -5,24 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.avoidance.closest import closest_s
+from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Int32s
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray, IndexArray
 
 
 @compiled
 def nearer_onward(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    radius: FloatArray,
-    growth: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
+    place: Floats2,
+    velocity: Floats2,
+    radius: Floats,
+    growth: Floats,
     horizon_s: float,
     margin: float,
-) -> BoolArray:
+) -> Bools:
     """[nodes] whether any of k moving balls comes nearer than a margin after the way to a node has
     ended, flown straight on from there until a time.
 
@@ -41,11 +40,11 @@ def nearer_onward(
 
 @borrowing
 def _note_onward(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
     horizon_s: float,
-    onward: FloatArray,
+    onward: Floats2,
 ) -> float:
     """Fill in where each way ends and how fast it goes on, along its last chord, and from when;
     how far from the start any of them comes until a time."""
@@ -74,7 +73,7 @@ def _note_onward(
 
 
 @borrowing
-def _is_far(place: FloatArray, velocity: FloatArray, reach: float, horizon_s: float) -> bool:
+def _is_far(place: Floats, velocity: Floats, reach: float, horizon_s: float) -> bool:
     """Whether one stays farther from the start than a reach until a time."""
     px, py, pz = place[0], place[1], place[2]
     vx, vy, vz = velocity[0], velocity[1], velocity[2]
@@ -85,14 +84,14 @@ def _is_far(place: FloatArray, velocity: FloatArray, reach: float, horizon_s: fl
 
 @borrowing
 def _note_lack(
-    onward: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
+    onward: Floats2,
+    place: Floats,
+    velocity: Floats,
     radius: float,
     growth: float,
     margin: float,
     horizon_s: float,
-    lack: BoolArray,
+    lack: Bools,
 ) -> None:
     """Fill in where one comes nearer than a margin."""
     vx, vy, vz = velocity[0], velocity[1], velocity[2]

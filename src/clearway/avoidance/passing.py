@@ -20,12 +20,13 @@ from clearway.avoidance.closest import closest, off_sides
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.onward import nearer_onward
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
+from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
 SIDE, STEADILY = "side of passing", "steady passing"
@@ -89,10 +90,6 @@ class Meetings:
             np.ascontiguousarray(sides, dtype=np.float64),
             np.array(least_cos),
         )
-
-    def warm_up(self) -> None:
-        """Compile and load what only those ask for who are passing someone."""
-        self.off_sides(range(len(self.names)), np.zeros((len(self.names), 3)), (0.0, STEADY_COS))
 
     def on_way(
         self, node: int, margin_m: float, begun: BoolArray
@@ -180,17 +177,17 @@ def passings_after(
 
 @compiled
 def _on_way(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
     node: int,
-    place: FloatArray,
-    velocity: FloatArray,
-    radius: FloatArray,
-    growth: FloatArray,
+    place: Floats2,
+    velocity: Floats2,
+    radius: Floats,
+    growth: Floats,
     margin: float,
-    begun: BoolArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:
+    begun: Bools,
+) -> tuple[Floats2, Floats, Floats, Bools, Bools]:
     length, n = 0, node
     while n >= 0:
         length, n = length + 1, parent[n]

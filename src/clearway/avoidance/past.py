@@ -18,7 +18,7 @@ from clearway.avoidance.fusion import CellAssessment, Evidence, assess_cells
 from clearway.avoidance.hazards import Hazards, MovingHazards, PointBins, PointHazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import ReachAssessment
+from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
 from clearway.avoidance.way_out import WayOut
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
@@ -73,36 +73,11 @@ class PastHazards(Hazards):
 
 
 @dataclass(frozen=True, eq=False)
-class PastCells:
-    """What was known of the cells, packed."""
-
-    planner: Planner
-    arrays: PackedArrays
-
-    __repr__ = brief
-
-    @property
-    def assessed(self) -> CellAssessment:
-        """As the decision knew them; unpacked at every call."""
-        settings = self.planner.settings
-        detected, visibility, map_base, intruder, coated, seen, *_ = self.arrays.unpacked()
-        evidence = Evidence(
-            self.planner.grid, detected, visibility, map_base, intruder, coated, seen
-        )
-        return assess_cells(
-            evidence, self.planner.cell_rating, settings.unknown, settings.unknown_unseen
-        )
-
-    def rating(self) -> FloatArray:
-        """[cells] how safe a passage is."""
-        return self.assessed.rating
-
-
-@dataclass(frozen=True, eq=False)
 class PastGrounds:
     """What a past choice was made from; each is made anew at every call."""
 
-    cells: PastCells
+    planner: Planner
+    evidence: PackedArrays
     found_again: Callable[[], PreparedReachSet]
     hazards: PastHazards
     seen: PackedVoxels
@@ -115,12 +90,19 @@ class PastGrounds:
         return self.found_again()
 
     @property
-    def assessment(self) -> ReachAssessment:
-        """How it was rated."""
-        *_, rating, feasibility = self.cells.arrays.unpacked()
-        threshold = float(self.cells.planner.settings.threshold)
-        reach_set = self.prepared.reach_set
-        return ReachAssessment(rating, feasibility, reach_set, self.cells.rating, threshold)
+    def cells(self) -> CellAssessment:
+        """What was known of the cells."""
+        planner, settings = self.planner, self.planner.settings
+        evidence = Evidence(planner.grid, *self.evidence.unpacked())
+        return assess_cells(
+            evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
+        )
+
+    @property
+    def reach(self) -> ReachAssessment:
+        """How trajectories were rated."""
+        threshold = self.planner.settings.threshold
+        return rate_reach_set(self.prepared.reach_set, self.cells.rating, threshold)
 
     @property
     def seen_m(self) -> FloatArray:
@@ -131,21 +113,18 @@ class PastGrounds:
 def past(decision: Decision) -> Decision:
     """The same decision with little memory: equal in all that is told of it but single returns."""
     if not isinstance(decision.hazards, PastHazards):
-        found, evidence, reach = decision.found_again, decision.cells.evidence, decision.reach
-        packed = PackedArrays.of(
-            evidence.detected,
-            evidence.visibility,
-            evidence.map_base,
-            evidence.intruder,
-            evidence.coated,
-            evidence.seen,
-            reach.node_rating,
-            reach.feasibility,
-        )
-        planner, hazards = found.planner, decision.hazards
-        cells = PastCells(planner, packed)
+        found, evidence, hazards = decision.found_again, decision.cells.evidence, decision.hazards
+        planner = found.planner
         grounds = PastGrounds(
-            cells,
+            planner,
+            PackedArrays.of(
+                evidence.detected,
+                evidence.visibility,
+                evidence.map_base,
+                evidence.intruder,
+                evidence.coated,
+                evidence.seen,
+            ),
             found.prepared,
             PastHazards(decision.state.time_s, found.shapes, hazards.moving, hazards.left_out_m),
             PackedVoxels.of(decision.seen_m, planner.grid.range_m / VOXELS_IN_RANGE),
@@ -153,7 +132,6 @@ def past(decision: Decision) -> Decision:
         decision = replace(
             decision,
             choice=_past_choice(decision.choice, grounds),
-            known=cells,
             way_out=_past_way(decision.way_out),
         )
     return decision

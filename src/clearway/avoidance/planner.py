@@ -14,12 +14,10 @@ from clearway.avoidance.costs import (
     Prices,
     StageCost,
     TerminalCost,
-    TurnsAndClimbs,
     curved_distance_to_go,
     length_and_prices,
-    turns_and_climbs,
 )
-from clearway.avoidance.fusion import Rating, rating_named
+from clearway.avoidance.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.avoidance.way_out import Escape, Narrow
@@ -197,7 +195,7 @@ class Planner:
     terminal_cost: TerminalCost = curved_distance_to_go
     rules: tuple[Rule, ...] = ()
     """The most important first."""
-    rating: Rating | None = None
+    rating: OwnRating | None = None
     """The user's own, in place of the one that the settings name."""
 
     @classmethod
@@ -209,7 +207,7 @@ class Planner:
         stage_cost: StageCost = length_and_prices,
         terminal_cost: TerminalCost = curved_distance_to_go,
         rules: Sequence[Rule] = (),
-        rating: Rating | None = None,
+        rating: OwnRating | None = None,
     ) -> Planner:
         """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
 
@@ -261,10 +259,12 @@ class Planner:
             ),
         )
 
-    @property
+    @cached_property
     def cell_rating(self) -> Rating:
         """How evidence becomes a rating."""
-        return self.rating or rating_named(self.settings.rating)
+        if self.rating is not None:
+            return own_rating("planner: rating", self.rating)
+        return rating_named(self.settings.rating)
 
     @cached_property
     def prices(self) -> Prices:
@@ -272,18 +272,6 @@ class Planner:
         return self.settings.prices.suited(
             can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
         )
-
-    @cached_property
-    def turns_and_climbs(self) -> TurnsAndClimbs | None:
-        """What the default cost to go asks of the vehicle; None where the user has an own cost."""
-        cost = self.terminal_cost
-        if cost is curved_distance_to_go:
-            return turns_and_climbs(self.automaton, None)
-        if not isinstance(cost, partial) or cost.func is not curved_distance_to_go or cost.args:
-            return None
-        if not set(cost.keywords) <= {"prices"}:
-            return None
-        return turns_and_climbs(self.automaton, cost.keywords.get("prices"))
 
     @cached_property
     def speed_mps(self) -> float:

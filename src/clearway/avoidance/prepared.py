@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.costs import Prices, StageCost, length_and_prices
-from clearway.avoidance.goal import Arrival
+from clearway.avoidance.goal import Arrival, Goal
 from clearway.avoidance.loiter import NO_LOITER, LoiterCircles, loiter_circles
-from clearway.avoidance.reach_rating import PassedCells
 from clearway.avoidance.verify import Paths, paths_of
+from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -103,27 +103,6 @@ class PreparedReachSet:
         return away_of(self.paths)
 
     @cached_property
-    def ways(self) -> WayArrays:
-        """The same, for compiled loops."""
-        reach_set = self.reach_set
-        return WayArrays(
-            reach_set.states,
-            reach_set.length_m,
-            reach_set.start_pitch_rad,
-            float(reach_set.grid.range_m),
-            PassedCells.of(reach_set),
-            self.first_node,
-            self.paths,
-            self.loiter,
-        )
-
-    @cached_property
-    def leads_nowhere(self) -> Arrival:
-        """That no path comes to the goal, without measuring."""
-        nowhere = np.zeros(self.reach_set.nodes, dtype=np.bool_)
-        return Arrival(nowhere, nowhere, np.full(self.reach_set.nodes, np.inf))
-
-    @cached_property
     def without_loiter(self) -> PreparedReachSet:
         """The same, asking for no room to circle."""
         return replace(self, loiter=NO_LOITER)
@@ -175,40 +154,20 @@ class PreparedReachSet:
         )
 
 
-class WayArrays(NamedTuple):
-    """What can be flown, as arrays."""
-
-    states: FloatArray
-    """[nodes, 6]"""
-    length_m: FloatArray
-    """[nodes]"""
-    start_pitch_rad: float
-    range_m: float
-    """Of the grid."""
-    passed: PassedCells
-    first_node: IntArray
-    """[nodes] of the first movement on the way to each node."""
-    paths: Paths
-    loiter: LoiterCircles
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-
 class Ends(NamedTuple):
     """Where trajectories end, and what decisions ask of them that is the same at all of them."""
 
-    nodes: IntArray
+    nodes: Ints
     """[ends]"""
-    path_cost_m: FloatArray
+    path_cost_m: Floats
     """[ends]"""
-    first_movement: IntArray
+    first_movement: Ints
     """[ends]"""
-    ahead_m: FloatArray
+    ahead_m: Floats
     """[ends] along the heading, in the level frame."""
-    left_m: FloatArray
+    left_m: Floats
     """[ends]"""
-    leads_on: BoolArray
+    leads_on: Bools
     """[ends] whether the trajectory leads anywhere but up or down.
 
     Straight up leaves the grid at once and passes no cell: what it costs to go from there is a
@@ -245,6 +204,17 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
         left,
         np.hypot(ahead, left) > LEADS_ON * prepared.step_m,
     )
+
+
+def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
+    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
+    if not goal.final or not np.count_nonzero(arrived.reached):
+        return prepared.ends if prepared.may_stay else prepared.leading_on
+    complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
+    ends = ends_of(prepared, complete)
+    if prepared.may_stay or not ends.leads_on.any():
+        return ends
+    return ends.some(ends.leads_on | arrived.reached[ends.nodes])
 
 
 def away_of(paths: Paths) -> FloatArray:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Int8s, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
 
 
@@ -26,8 +25,8 @@ class ReachAssessment:
     feasibility: FloatArray
     """[nodes] P_D (2.3): best product of ratings over any continuation to a complete one."""
     reach_set: ReachSet = field(repr=False)
-    rated_by: Callable[[], FloatArray] = field(repr=False)
-    """The ratings [cells] that it was rated by."""
+    cell_rating: FloatArray = field(repr=False)
+    """[cells] ratings that it was rated by."""
     threshold: float
 
     __repr__ = brief
@@ -53,30 +52,27 @@ class ReachAssessment:
     @cached_property
     def continuations(self) -> FloatArray:
         """[nodes] share of continuations rated at or above the threshold."""
-        passed = PassedCells.of(self.reach_set)
-        return _continuations(*passed, self.rated_by(), self.threshold)
+        one = self.reach_set
+        return _continuations(
+            one.parent,
+            one.cell_start,
+            one.cell_index,
+            one.exit_kind,
+            self.cell_rating,
+            self.threshold,
+        )
 
     @cached_property
     def _cells(self) -> tuple[FloatArray, BoolArray, IntArray]:
-        passed = PassedCells.of(self.reach_set)
-        return _reach_cells(*passed, self.node_rating, self.rated_by(), self.threshold)
-
-
-class PassedCells(NamedTuple):
-    """Of a reach set, which cells its movements pass."""
-
-    parent: IndexArray
-    cell_start: IndexArray
-    cell_index: IndexArray
-    exit_kind: IndexArray
-
-    def __repr__(self) -> str:
-        return brief(self)
-
-    @classmethod
-    def of(cls, reach_set: ReachSet) -> PassedCells:
-        return cls(
-            reach_set.parent, reach_set.cell_start, reach_set.cell_index, reach_set.exit_kind
+        one = self.reach_set
+        return _reach_cells(
+            one.parent,
+            one.cell_start,
+            one.cell_index,
+            one.exit_kind,
+            self.node_rating,
+            self.cell_rating,
+            self.threshold,
         )
 
 
@@ -85,11 +81,20 @@ def rate_reach_set(
 ) -> ReachAssessment:
     """Rate every node, cell and continuation of a reach set, (4.21)-(4.23) and P_D (2.3).
 
-    cell_rating: [cells] of the reach set's grid.
+    Parameters
+    ----------
+    reach_set
+        The trajectories.
+    cell_rating
+        [cells] of the reach set's grid: how safe a passage is.
+    threshold
+        Rating from which trajectories and continuations count.
     """
-    node_rating, feasibility = rate_nodes(*PassedCells.of(reach_set), cell_rating)
-    rated_by = partial(np.asarray, cell_rating)
-    return ReachAssessment(node_rating, feasibility, reach_set, rated_by, float(threshold))
+    one = reach_set
+    node_rating, feasibility = rate_nodes(
+        one.parent, one.cell_start, one.cell_index, one.exit_kind, cell_rating
+    )
+    return ReachAssessment(node_rating, feasibility, reach_set, cell_rating, float(threshold))
 
 
 def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
@@ -98,9 +103,7 @@ def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
 
 
 @compiled
-def untouched_nodes(
-    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, coated: BoolArray
-) -> BoolArray:
+def untouched_nodes(parent: Int32s, cell_start: Int32s, cell_index: Int32s, coated: Bools) -> Bools:
     """[nodes] `untouched`."""
     clear = np.ones(len(parent), dtype=np.bool_)
     for n in range(len(parent)):
@@ -116,12 +119,12 @@ def untouched_nodes(
 
 @compiled
 def rate_nodes(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    cell_rating: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    cell_rating: Floats,
+) -> tuple[Floats, Floats]:
     """[nodes] rating up to the end of each, and the best of the ways on from there."""
     nodes = len(parent)
     rating, feasibility = np.empty(nodes), np.zeros(nodes)
@@ -138,8 +141,8 @@ def rate_nodes(
 
 @compiled
 def _own_ratings(
-    parent: IndexArray, cell_start: IndexArray, cell_index: IndexArray, cell_rating: FloatArray
-) -> FloatArray:
+    parent: Int32s, cell_start: Int32s, cell_index: Int32s, cell_rating: Floats
+) -> Floats:
     """[nodes] product of the ratings of the cells that each movement passes."""
     own = np.empty(len(parent))
     for n in range(len(parent)):
@@ -152,14 +155,14 @@ def _own_ratings(
 
 @compiled
 def _reach_cells(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    node_rating: FloatArray,
-    cell_rating: FloatArray,
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    node_rating: Floats,
+    cell_rating: Floats,
     threshold: float,
-) -> tuple[FloatArray, BoolArray, IntArray]:
+) -> tuple[Floats, Bools, Ints]:
     """[cells] best rating, whether any trajectory passes, and how many complete ones arrive."""
     leaves = _leaves_below(parent, exit_kind)
     best = np.zeros(len(cell_rating))
@@ -179,7 +182,7 @@ def _reach_cells(
 
 
 @compiled
-def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
+def _leaves_below(parent: Int32s, exit_kind: Int8s) -> Ints:
     """[nodes] complete trajectories through a node, its own end among them."""
     leaves = np.zeros(len(parent), dtype=np.int64)
     for n in range(len(parent) - 1, -1, -1):
@@ -192,13 +195,13 @@ def _leaves_below(parent: IndexArray, exit_kind: IndexArray) -> IntArray:
 
 @compiled
 def _continuations(
-    parent: IndexArray,
-    cell_start: IndexArray,
-    cell_index: IndexArray,
-    exit_kind: IndexArray,
-    cell_rating: FloatArray,
+    parent: Int32s,
+    cell_start: Int32s,
+    cell_index: Int32s,
+    exit_kind: Int8s,
+    cell_rating: Floats,
     threshold: float,
-) -> FloatArray:
+) -> Floats:
     """[nodes] share of the ways on from a node that are rated above the threshold."""
     leaves = _leaves_below(parent, exit_kind)
     own = _own_ratings(parent, cell_start, cell_index, cell_rating)

@@ -13,13 +13,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from clearway.avoidance.assess import assess_situation
-from clearway.avoidance.evidence import CountedAs
-from clearway.avoidance.fusion import CellAssessment, Rating, rating_named
+from clearway.avoidance.evidence import CountedAs, evidence_of, in_reach, intruder_cells
+from clearway.avoidance.fusion import CellAssessment, Rating, assess_cells, rating_named
 from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.prepared import reach_of
-from clearway.avoidance.reach_rating import ReachAssessment
+from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.verify import paths_of
 from clearway.base.brief import brief, in_brief, one_line
@@ -220,22 +219,22 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
     """
     reach_set = reach_set_of(scene, notice)
     situation = situation_of(scene)
-    known = assess_situation(
+    near = in_reach(
         scene,
         situation,
-        reach_set,
-        _counted(scene, reach_set),
-        reach_m=reach_of(paths_of(reach_set), scene.grid.range_m),
-        horizon_s=max(scene.grid.range_m / scene.speed_mps, float(reach_set.end_time_s.max())),
+        reach_of(paths_of(reach_set), scene.grid.range_m),
+        max(scene.grid.range_m / scene.speed_mps, float(reach_set.end_time_s.max())),
     )
-    evidence = known.cells.evidence
+    intruders = intruder_cells(scene, near, _counted(scene, reach_set))
+    evidence, settings = evidence_of(scene, situation, near, intruders), scene.settings
+    cells = assess_cells(evidence, scene.cell_rating, settings.unknown, settings.unknown_unseen)
     return SceneAssessment(
         scene=scene,
         detections=tuple(situation.detections),
-        cells=known.cells,
-        intruders=known.intruders,
+        cells=cells,
+        intruders=intruders,
         reach_set=reach_set,
-        reach=known.reach,
+        reach=rate_reach_set(reach_set, cells.rating, settings.threshold),
         space=classify_space(evidence.detected, evidence.visibility, evidence.map_base),
     )
 

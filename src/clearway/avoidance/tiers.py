@@ -14,10 +14,9 @@ from clearway.avoidance.candidates import Candidates
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles
 from clearway.avoidance.verify import Paths, first_clear_of
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.obstacle import Shapes
 
 RATED, VERIFIED, AGAINST_RULES, NO_LOITER = range(4)
@@ -27,11 +26,11 @@ RATED, VERIFIED, AGAINST_RULES, NO_LOITER = range(4)
 class NodeRatings(NamedTuple):
     """By what the cells on the way let candidates pass."""
 
-    rating: FloatArray
+    rating: Floats
     """[nodes] P_R (4.22)."""
-    feasibility: FloatArray
+    feasibility: Floats
     """[nodes] P_D (2.3)."""
-    first_node: IntArray
+    first_node: Ints
     """[nodes] of the first movement on the way to each node."""
     threshold: float
 
@@ -48,22 +47,20 @@ class Picked(NamedTuple):
     """In which tier; -1 likewise."""
     below: int
     """Candidates that ratings ruled out."""
-    tried: IntArray
+    tried: Ints
     """[tried] which candidates."""
-    blocked_at: IntArray
+    blocked_at: Ints
     """[tried] as of `verify.Verification`, these and the next three."""
-    causes: IntArray
-    cause_index: IntArray
-    shortfall_m: FloatArray
+    causes: Ints
+    cause_index: Ints
+    shortfall_m: Floats
 
     def __repr__(self) -> str:
         return brief(self)
 
 
 @compiled
-def in_order(
-    candidates: Candidates, ratings: NodeRatings, keep_out: bool
-) -> tuple[IntArray, BoolArray]:
+def in_order(candidates: Candidates, ratings: NodeRatings, keep_out: bool) -> tuple[Ints, Bools]:
     """[candidates] which come first, second, and so on, and whether ratings let these pass.
 
     The cheapest come first, but what breaks rules last. keep_out: of coated cells too (def. 6).
@@ -91,7 +88,7 @@ def picked(
     moving: MovingHazards,
     margin: float,
     loiter: LoiterCircles,
-    known: FloatArray,
+    known: Floats2,
 ) -> Picked:
     """The first candidate that keeps the margin, tier by tier; known: as of `first_clear_of`."""
     order, passes = in_order(candidates, ratings, False)
@@ -135,7 +132,7 @@ def picked(
 
 
 @compiled
-def _members(tier: int, order: IntArray, passes: BoolArray, broken: IntArray) -> IntArray:
+def _members(tier: int, order: Ints, passes: Bools, broken: Ints) -> Ints:
     """Which candidates a tier looks at, the best first."""
     members, count = np.empty(len(order), dtype=np.int64), 0
     for at in range(len(order)):

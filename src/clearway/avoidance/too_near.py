@@ -6,13 +6,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import NEARLY
+from clearway.base.arrays import Floats, Floats2, Ints, UInt8s3
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 
 ACROSS, UPWARDS = 128, 64
 """Cells along both level axes, and along the vertical one."""
@@ -35,11 +33,11 @@ FAR = 255
 class TooNear(NamedTuple):
     """How near a return lies at most, to all places of a cell; level frame of a decision."""
 
-    steps: npt.NDArray[np.uint8]
+    steps: UInt8s3
     """[across, across, upwards] FAR where nothing is known."""
     margin_m: float
     """Which they are measured in."""
-    looked: IntArray
+    looked: Ints
     """[1] all returns there are and ASKED, as often as places were looked up among them; FILLED
     once the cells are."""
 
@@ -104,13 +102,13 @@ def _steps(
 
 @borrowing
 def are_near(
-    places: FloatArray,
+    places: Floats2,
     first: int,
     last: int,
-    pose: FloatArray,
+    pose: Floats,
     start_s: float,
     within_m: float,
-    wind: FloatArray,
+    wind: Floats,
     near: TooNear,
 ) -> bool:
     """Whether one of the places first to last of a loop that begins at a pose [4] and a time is

@@ -17,11 +17,10 @@ from clearway.avoidance.clearance import Found, Span, reach_about
 from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
+from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.by_leaf import by_leaf
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import IndexArray, IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import ReachSet
 
@@ -35,10 +34,10 @@ can then be passed over."""
 class Paths(NamedTuple):
     """The part of a reach set that verification walks."""
 
-    parent: IndexArray
-    samples_m: FloatArray
-    sagitta_m: FloatArray
-    end_time_s: FloatArray
+    parent: Int32s
+    samples_m: Floats3
+    sagitta_m: Floats
+    end_time_s: Floats
 
     def __repr__(self) -> str:
         return brief(self)
@@ -47,9 +46,9 @@ class Paths(NamedTuple):
 class MovementRoom(NamedTuple):
     """Where a movement at a time is laid out."""
 
-    corners_m: FloatArray
+    corners_m: Floats2
     """[samples + 1, 3]"""
-    middle_m: FloatArray
+    middle_m: Floats
     """[3]"""
     crowd: Crowd
 
@@ -75,13 +74,13 @@ class Verification(NamedTuple):
 
     chosen: int
     """Index of the first candidate that passes; -1 if none does."""
-    blocked_at: IntArray
+    blocked_at: Ints
     """[tried] node at which each candidate before the chosen one fails."""
-    causes: IntArray
+    causes: Ints
     """[tried] `Cause` of that failure."""
-    cause_index: IntArray
+    cause_index: Ints
     """[tried] which point, shape or intruder."""
-    shortfall_m: FloatArray
+    shortfall_m: Floats
     """[tried] clearance found there."""
 
     def __repr__(self) -> str:
@@ -94,21 +93,17 @@ class KnownClearances:
 
     def __init__(self, paths: Paths) -> None:
         self.paths = paths
-        self._known: dict[tuple[int, float], tuple[Hazards, FloatArray]] = {}
-        self.best: dict[tuple[int, float, bytes], FloatArray] = {}
+        self._known: dict[tuple[Hazards, float], FloatArray] = {}
+        self.best: dict[tuple[Hazards, float, bytes], FloatArray] = {}
         """What `emergency.best_clearances` found, by hazards, margin and candidates."""
 
     def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
         """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan where nobody
         has looked. Whoever looks fills in."""
-        asked = id(hazards), margin_m  # Kept beside it, so that its number is nobody else's.
-        if asked not in self._known:
-            self._known[asked] = hazards, np.full((len(self.paths.parent), 3), np.nan)
-        return self._known[asked][1]
-
-    def note(self, hazards: Hazards, margin_m: float, known: FloatArray) -> None:
-        """Take over what somebody else has found; known: as of `at`."""
-        self._known[id(hazards), margin_m] = hazards, known
+        key = hazards, margin_m
+        if key not in self._known:
+            self._known[key] = np.full((len(self.paths.parent), 3), np.nan)
+        return self._known[key]
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,12 +189,12 @@ def movement_clearance(
 @borrowing
 def _keeps(
     paths: Paths,
-    path: IndexArray,
+    path: Ints,
     bins: PointBins,
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
-    known: FloatArray,
+    known: Floats2,
     room: MovementRoom,
 ) -> tuple[int, int, int, float]:
     """Where a path first lacks the margin: (node or -1, cause, index, clearance there).
@@ -219,7 +214,7 @@ def _keeps(
 
 
 @compiled
-def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
+def _way_to(paths: Paths, end: int, path: Ints) -> Ints:
     """The nodes from `end` back to the first movement, written into the start of `path`."""
     steps, n = 0, end
     while n >= 0:
@@ -232,15 +227,15 @@ def _way_to(paths: Paths, end: int, path: IndexArray) -> IndexArray:
 @compiled
 def first_clear_of(
     paths: Paths,
-    candidates: IntArray,
+    candidates: Ints,
     bins: PointBins,
     shapes: Shapes,
     moving: MovingHazards,
     margin: float,
     loiter: LoiterCircles,
-    cost: FloatArray,
-    price: FloatArray,
-    known: FloatArray,
+    cost: Floats,
+    price: Floats,
+    known: Floats2,
 ) -> Verification:
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
@@ -284,7 +279,6 @@ def first_clear_of(
     )
 
 
-@by_leaf
 @compiled
 def _path_clearance(
     paths: Paths, node: int, bins: PointBins, shapes: Shapes, moving: MovingHazards, enough: float
@@ -302,7 +296,7 @@ def _path_clearance(
 @compiled
 def _clearances(
     paths: Paths, bins: PointBins, shapes: Shapes, moving: MovingHazards, cap: float
-) -> FloatArray:
+) -> Floats2:
     result, room = np.empty((len(paths.parent), 2)), movement_room(paths, shapes)
     _note_clearances(paths, bins, shapes, moving, cap, room, result)
     return result
@@ -316,7 +310,7 @@ def _note_clearances(
     moving: MovingHazards,
     cap: float,
     room: MovementRoom,
-    result: FloatArray,
+    result: Floats2,
 ) -> None:
     for n in range(len(paths.parent)):
         found = movement_clearance(paths, n, bins, shapes, moving, cap, -np.inf, room)

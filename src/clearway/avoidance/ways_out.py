@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.avoidance.aloof import keeps_aloof
-from clearway.avoidance.escape_chains import chain_keeps, chain_room
+from clearway.avoidance.escape_chains import chain_room
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
     carried,
@@ -26,12 +26,10 @@ from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.way_out_search import (
     Beginning,
     WayOutSearch,
-    flown_for,
     world_from_level,
 )
 from clearway.avoidance.way_out_terms import in_wind_s, terms_of
 from clearway.avoidance.wide_space import wide_space
-from clearway.base.by_leaf import by_leaf
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
@@ -43,7 +41,6 @@ CLOSES_RAD = 1e-3
 """Attitude off those of the library by which its loops still close."""
 SURFACE = 1.0 + 0.5 * np.sqrt(3.0)
 """Voxels before what is hit that beams may leave unseen, to their middles and in any direction."""
-_leg_keeps = by_leaf(leg_keeps)
 
 
 class WaysOut:
@@ -89,22 +86,6 @@ class WaysOut:
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
         self._now: dict[tuple[bool, float], WayOut | None] = {}
         self._left: dict[int, bool] = {}
-
-    def warm_up(self) -> None:
-        """Compile and load what only some decisions run."""
-        legs, at, terms = self._legs, self._start, self._terms
-        path, sagitta_m = legs.path[at, 0], float(legs.sagitta_m[at, 0])
-        _leg_keeps(STANDING, path, sagitta_m, 0.0, 1.0, terms)
-        pose_after(STANDING, path)
-        corners = carried(STANDING, path, (0.0, 1.0), terms)
-        keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
-        unsure_after(1.0, terms)
-        self.saw(np.zeros((1, SAMPLES, 3)), np.zeros(1))
-        first = np.zeros(1, dtype=np.int64)
-        chain_room(first, at, STANDING, 0.0, legs, terms, 1.0, 0.0)
-        chain_keeps(
-            np.concatenate([first, flown_for(first, legs, 0.0)]), at, STANDING, 0.0, legs, terms
-        )
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
         """Whether an attitude is one of the library's, with which loops close."""
@@ -202,7 +183,7 @@ class WaysOut:
             return None
         path = legs.path[at, movement]
         end_s = float(legs.duration_s[movement])
-        if not _leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
+        if not leg_keeps(STANDING, path, legs.sagitta_m[at, movement], 0.0, end_s, terms):
             return None
         return self._first(Beginning(then, pose_after(STANDING, path), end_s, legs), terms)
 
@@ -273,7 +254,7 @@ class WaysOut:
             return None
         path, sagitta_m, attitude = self._rest(under_way)
         left_s = under_way.left_s
-        if not _leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
+        if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
             return None
         at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)
         there = Beginning(at, pose_after(STANDING, path), left_s, legs)

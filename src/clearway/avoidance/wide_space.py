@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.escape_begun import FAILS, UNKNOWN, Begun, Known
+from clearway.avoidance.escape_begun import FAILS, UNKNOWN, Begun
 from clearway.avoidance.escape_legs import EscapeTerms
-from clearway.base.arrays import IntArray
+from clearway.base.arrays import Floats, Floats2, Int8s, Ints, UInt64s2, UInt64s3
 from clearway.base.compiled import borrowing, inlined
-from clearway.base.frames import FloatArray
 from clearway.reach.ways import Ways
-from clearway.sensors.seen_space import ONE, WORD, Voxels, is_marked
+from clearway.sensors.seen_space import ONE, WORD, is_marked
 
 ACROSS = 128
 """Columns along both level axes, a power of two."""
@@ -30,13 +29,13 @@ class WideSpace(NamedTuple):
     """Which voxels were seen, alone, and with all that lie within one or two steps of them along
     the axes."""
 
-    seen: Voxels
+    seen: UInt64s3
     """[MOST + 1, ACROSS, ACROSS] a word for each column, from the lowest one on: WORD voxels."""
-    between: Voxels
+    between: UInt64s2
     """[ACROSS, ACROSS] to work with."""
-    low: IntArray
+    low: Ints
     """[3] number of the lowest voxel along each axis."""
-    looked: IntArray
+    looked: Ints
     """[1] loops looked at up to now; FILLED once the voxels are."""
 
 
@@ -61,18 +60,18 @@ def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
 def first_wide(
     escape: int,
     ways: Ways,
-    places: FloatArray,
+    places: Floats2,
     begun: Begun,
-    wind: FloatArray,
-    met: Known,
-    cleared: Known,
-    clear: Known,
-    seen: Known,
+    wind: Floats,
+    met: Int8s,
+    cleared: Int8s,
+    clear: Int8s,
+    seen: Int8s,
     radius: float,
     steps: int,
     wide: WideSpace,
-    free: Voxels,
-    window: FloatArray,
+    free: UInt64s3,
+    window: Floats,
 ) -> int:
     """The first from an escape on that has not failed, and of which all about its loop's places and
     the end of its beginning may have been seen, within a radius; their number if there is none.
@@ -143,10 +142,10 @@ def _is_missing(
     b: float,
     c: float,
     level: np.uint64,
-    seen: Voxels,
+    seen: UInt64s3,
     wide: WideSpace,
-    free: Voxels,
-    window: FloatArray,
+    free: UInt64s3,
+    window: Floats,
 ) -> bool:
     """Whether a place, in voxels from the lowest one, has a voxel beside it that was not seen; of
     places farther off than is filled in, whether their own was not."""
@@ -157,9 +156,7 @@ def _is_missing(
 
 
 @borrowing
-def _was_not_seen(
-    a: float, b: float, c: float, low: IntArray, free: Voxels, window: FloatArray
-) -> bool:
+def _was_not_seen(a: float, b: float, c: float, low: Ints, free: UInt64s3, window: Floats) -> bool:
     """Whether the voxel of a place was not seen, or lies beyond the window."""
     i, j, k = int(np.floor(a)) + low[0], int(np.floor(b)) + low[1], int(np.floor(c)) + low[2]
     columns, rows = free.shape[0], WORD * free.shape[2]
@@ -210,7 +207,7 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
 
 
 @borrowing
-def _narrow_upwards(before: Voxels, into: Voxels) -> None:
+def _narrow_upwards(before: UInt64s2, into: UInt64s2) -> None:
     """Of voxels, those with neighbours above and below: [ACROSS, ACROSS]."""
     highest = ONE << np.uint64(WORD - 1)
     for i in range(ACROSS):
@@ -220,7 +217,7 @@ def _narrow_upwards(before: Voxels, into: Voxels) -> None:
 
 
 @borrowing
-def _narrow_sideways(before: Voxels, into: Voxels) -> None:
+def _narrow_sideways(before: UInt64s2, into: UInt64s2) -> None:
     """Those with neighbours in the columns beside."""
     last = ACROSS - 1
     for i in range(ACROSS):
@@ -231,7 +228,7 @@ def _narrow_sideways(before: Voxels, into: Voxels) -> None:
 
 
 @borrowing
-def _narrow_along(before: Voxels, into: Voxels) -> None:
+def _narrow_along(before: UInt64s2, into: UInt64s2) -> None:
     """Those with neighbours in the rows of columns beside."""
     last = ACROSS - 1
     for j in range(ACROSS):

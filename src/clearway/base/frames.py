@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import FloatArray as FloatArray
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
 
 LEVEL = np.array([1.0, 1.0, 0.0])
@@ -40,7 +41,7 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
 
 
 @compiled
-def rotation_of(roll: float, pitch: float, yaw: float) -> FloatArray:
+def rotation_of(roll: float, pitch: float, yaw: float) -> Floats2:
     """[3, 3] (3.37) of one attitude, rad: the product of yaw (3.36), pitch (3.35), roll (3.34)."""
     sin_roll, cos_roll = np.sin(roll), np.cos(roll)
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)

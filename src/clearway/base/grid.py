@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief, one_line
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
@@ -30,9 +31,9 @@ RANGE_TOLERANCE = 1e-10
 class GridEdges(NamedTuple):
     """The grid as compiled loops take it."""
 
-    range_m: FloatArray
-    azimuth_rad: FloatArray
-    elevation_rad: FloatArray
+    range_m: Floats
+    azimuth_rad: Floats
+    elevation_rad: Floats
 
     def __repr__(self) -> str:
         return brief(self)
@@ -214,7 +215,7 @@ def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
 
 
 @borrowing
-def layer_of(distance: float, edges: FloatArray) -> int:
+def layer_of(distance: float, edges: Floats) -> int:
     """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
     tolerance = RANGE_TOLERANCE * edges[len(edges) - 1]
     if not (distance >= edges[0] - tolerance):
@@ -226,7 +227,7 @@ def layer_of(distance: float, edges: FloatArray) -> int:
 
 
 @borrowing
-def interval_of(angle: float, edges: FloatArray) -> int:
+def interval_of(angle: float, edges: Floats) -> int:
     """Column or row of an angle: the cell nearer the axis on a border, left or up on the axis."""
     last = len(edges) - 1
     if not (angle >= edges[0] - BORDER_TOLERANCE and angle <= edges[last] + BORDER_TOLERANCE):
@@ -274,7 +275,7 @@ def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
 
 
 @compiled
-def _cells_of(points: FloatArray, edges: GridEdges) -> IntArray:
+def _cells_of(points: Floats2, edges: GridEdges) -> Ints:
     cells = np.empty(len(points), dtype=np.int64)
     for n in range(len(points)):
         cells[n] = cell_of_point(points[n, 0], points[n, 1], points[n, 2], edges)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import BoolArray, IntArray
+from clearway.base.arrays import Bools3, Floats, Floats3, Ints, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.live.nearest_balls import outwards
-from clearway.sensors.seen_space import WORD, Voxels, is_marked
+from clearway.sensors.seen_space import WORD, is_marked
 
 
 @borrowing
-def mark_seen(
-    seen: BoolArray, free: Voxels, free_low: IntArray, low: IntArray, per_cell: int
-) -> None:
+def mark_seen(seen: Bools3, free: UInt64s3, free_low: Ints, low: Ints, per_cell: int) -> None:
     """Mark cells [nx, ny, nz] most of which was seen to be free, by the middles of their eighths.
 
     free, free_low: of a `SeenSpace`. low: [3] number of the lowest cell, `per_cell` voxels wide.
@@ -40,7 +37,7 @@ def mark_seen(
 
 
 @borrowing
-def _is_any_free(free: Voxels, u: int, v: int, per_cell: int) -> bool:
+def _is_any_free(free: UInt64s3, u: int, v: int, per_cell: int) -> bool:
     """Whether anything is free in what stands for the cells above each other from a voxel on."""
     last, quarter = free.shape[0] - 1, per_cell // 4
     anything = np.uint64(0)
@@ -52,7 +49,7 @@ def _is_any_free(free: Voxels, u: int, v: int, per_cell: int) -> bool:
 
 
 @borrowing
-def _is_mostly_free(free: Voxels, u: int, v: int, w: int, per_cell: int) -> bool:
+def _is_mostly_free(free: UInt64s3, u: int, v: int, w: int, per_cell: int) -> bool:
     quarter, count = per_cell // 4, 0
     for i in (u + quarter, u + 3 * quarter):
         for j in (v + quarter, v + 3 * quarter):
@@ -63,7 +60,7 @@ def _is_mostly_free(free: Voxels, u: int, v: int, w: int, per_cell: int) -> bool
 
 @borrowing
 def renew_nearest(
-    nearest: FloatArray, fresh: FloatArray, squared: tuple[FloatArray, ...], within2: float
+    nearest: Floats3, fresh: Floats3, squared: tuple[Floats, Floats, Floats], within2: float
 ) -> None:
     """Take over distances [nx, ny, nz] known now: what is missing there was nothing only nearby.
 
@@ -82,8 +79,8 @@ def renew_nearest(
 
 @compiled
 def leaves_no_room(
-    nearest: FloatArray, barred: float, room: float, within: float, width: float
-) -> BoolArray:
+    nearest: Floats3, barred: float, room: float, within: float, width: float
+) -> Bools3:
     """[nx, ny, nz] of cells that are not barred, whether no centre `within` their own is as far as
     `room` from what stands: off something beside a wide place nobody has to keep for a turn.
     nearest: [nx, ny, nz] of centres, like all lengths in metres."""
@@ -122,7 +119,7 @@ def _cells_within(
 
 @borrowing
 def add_ball(
-    values: FloatArray, at: IntArray, reach: float, lowest: int, highest: int, added: float
+    values: Floats3, at: Ints, reach: float, lowest: int, highest: int, added: float
 ) -> None:
     """Add to the cells about one, as far as some cells away, from a lowest layer to a highest one;
     and twice as far above and below them."""

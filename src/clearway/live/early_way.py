@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Floats3
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.live.route_map import Cells
@@ -55,19 +56,8 @@ def early_way(
     return route.via_m(goal_m)
 
 
-def warm_up_early_way(cells: Cells, position_m: FloatArray, goal_m: FloatArray) -> None:
-    """Compile and load what finds one, as if all were barred."""
-    barred = cells._replace(price=np.full_like(cells.price, np.inf))
-    early_way(barred, position_m, goal_m)
-    # Near its goal, even so, the first of these lets nobody ask the others.
-    start = (position_m - cells.low_m) / cells.width_m
-    _lies_open(barred.price, start, start)
-    _opens_aside(barred.price, start, start + 1.0, 1.0)
-    _leads_past(barred.price, np.stack([start, start]), start)
-
-
 @compiled
-def _leads_past(price: FloatArray, corners: FloatArray, goal: FloatArray) -> bool:
+def _leads_past(price: Floats3, corners: Floats2, goal: Floats) -> bool:
     """Whether a way through corners [n, 3] was seen until nothing that is known stands between it
     and the goal."""
     for n in range(len(corners) - 1):
@@ -85,7 +75,7 @@ def _leads_past(price: FloatArray, corners: FloatArray, goal: FloatArray) -> boo
 
 
 @compiled
-def _opens_aside(price: FloatArray, start: FloatArray, goal: FloatArray, ahead: float) -> bool:
+def _opens_aside(price: Floats3, start: Floats, goal: Floats, ahead: float) -> bool:
     """Whether a straight way little aside of the one to the goal is open so many cells far."""
     dx, dy, dz = goal[0] - start[0], goal[1] - start[1], goal[2] - start[2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -100,7 +90,7 @@ def _opens_aside(price: FloatArray, start: FloatArray, goal: FloatArray, ahead: 
 
 
 @compiled
-def _lies_open(price: FloatArray, start: FloatArray, goal: FloatArray) -> bool:
+def _lies_open(price: Floats3, start: Floats, goal: Floats) -> bool:
     """Whether nothing is known to stand in the straight way from beyond the first cell's width;
     where there are no cells nothing is known."""
     length = np.sqrt(np.sum((goal - start) ** 2))
@@ -112,7 +102,7 @@ def _lies_open(price: FloatArray, start: FloatArray, goal: FloatArray) -> bool:
 
 
 @borrowing
-def _lies_in(price: FloatArray, at: FloatArray) -> bool:
+def _lies_in(price: Floats3, at: Floats) -> bool:
     x, y, z = at[0], at[1], at[2]
     nx, ny, nz = price.shape
     return bool(0.0 <= x < nx and 0.0 <= y < ny and 0.0 <= z < nz)

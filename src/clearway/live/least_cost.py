@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats3
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 from clearway.live.route_map import UNSEEN
 
 
@@ -26,7 +26,7 @@ class Cheapness(NamedTuple):
 
 
 @borrowing
-def cheapness(price: FloatArray, ga: int, gb: int, gc: int, short: float) -> Cheapness:
+def cheapness(price: Floats3, ga: int, gb: int, gc: int, short: float) -> Cheapness:
     """The bound for ways to a goal cell, by the prices [nx, ny, nz] of a metre in each cell."""
     nx, ny, nz = price.shape
     least = UNSEEN

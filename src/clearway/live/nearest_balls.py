@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import IntArray
+from clearway.base.arrays import Floats, Floats2, Floats3, Ints, Ints2
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 
 PARTS = 2
@@ -23,26 +22,26 @@ PARTS = 2
 class Groups(NamedTuple):
     """Balls by the cells that they lie in, and there by parts of these."""
 
-    balls: FloatArray
+    balls: Floats2
     """[n, 4] centre and radius, part after part."""
-    cells: IntArray
+    cells: Ints2
     """[groups, 3] in which each group lies."""
-    first_part: IntArray
+    first_part: Ints
     """[groups + 1] where the parts of each begin, with the end."""
-    first_ball: IntArray
+    first_ball: Ints
     """[parts + 1] likewise the balls of each part."""
-    box: FloatArray
+    box: Floats2
     """[groups, 7] lowest and highest corner of the centres of a group's balls, and their widest."""
-    part_box: FloatArray
+    part_box: Floats2
     """[parts, 7] likewise of a part."""
 
 
 @compiled
 def mark_balls(
-    nearest: FloatArray,
-    position: FloatArray,
-    radius: FloatArray,
-    low: FloatArray,
+    nearest: Floats3,
+    position: Floats2,
+    radius: Floats,
+    low: Floats,
     width: float,
     reach: float,
 ) -> None:
@@ -66,7 +65,7 @@ def mark_balls(
 
 
 @compiled
-def _gathered(cells: IntArray) -> tuple[IntArray, IntArray]:
+def _gathered(cells: Ints2) -> tuple[Ints, Ints]:
     """Those that lie in cells [n, 3] in the order of these, and where in it each begins, with the
     end."""
     low, spans = np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64)
@@ -93,7 +92,7 @@ def _gathered(cells: IntArray) -> tuple[IntArray, IntArray]:
 
 
 @compiled
-def outwards(far: int) -> IntArray:
+def outwards(far: int) -> Ints2:
     """[k, 3] steps to the cells about one, the nearest first."""
     side = 2 * far + 1
     steps = np.empty((side**3, 3), dtype=np.int64)
@@ -104,7 +103,7 @@ def outwards(far: int) -> IntArray:
 
 
 @borrowing
-def _cells_about(radius: FloatArray, width: float, reach: float) -> int:
+def _cells_about(radius: Floats, width: float, reach: float) -> int:
     """Cells along an axis as far as which balls may be told of."""
     widest = 0.0
     for n in range(len(radius)):
@@ -114,9 +113,9 @@ def _cells_about(radius: FloatArray, width: float, reach: float) -> int:
 
 @borrowing
 def _find_homes(
-    homes: IntArray,
-    position: FloatArray,
-    low: FloatArray,
+    homes: Ints2,
+    position: Floats2,
+    low: Floats,
     width: float,
     far: int,
     shape: tuple[int, int, int],
@@ -132,13 +131,13 @@ def _find_homes(
 
 @borrowing
 def _split(
-    homes: IntArray,
-    order: IntArray,
-    starts: IntArray,
-    tally: IntArray,
-    by_part: IntArray,
-    first_part: IntArray,
-    first_ball: IntArray,
+    homes: Ints2,
+    order: Ints,
+    starts: Ints,
+    tally: Ints,
+    by_part: Ints,
+    first_part: Ints,
+    first_ball: Ints,
 ) -> None:
     """Fill in the balls of each group part after part, and where these begin.
 
@@ -164,14 +163,14 @@ def _split(
 
 
 @borrowing
-def _part_of(homes: IntArray, n: int) -> int:
+def _part_of(homes: Ints2, n: int) -> int:
     """Which part of its cell a ball lies in."""
     return int((homes[n, 0] % PARTS * PARTS + homes[n, 1] % PARTS) * PARTS + homes[n, 2] % PARTS)
 
 
 @borrowing
 def _put_in_order(
-    groups: Groups, position: FloatArray, radius: FloatArray, homes: IntArray, by_part: IntArray
+    groups: Groups, position: Floats2, radius: Floats, homes: Ints2, by_part: Ints
 ) -> None:
     """Fill in balls and cells, and the boxes of parts and groups."""
     balls, box, part_box = groups.balls, groups.box, groups.part_box
@@ -199,7 +198,7 @@ def _put_in_order(
 
 
 @borrowing
-def _begin(boxes: FloatArray, n: int) -> None:
+def _begin(boxes: Floats2, n: int) -> None:
     """Fill in a box of nothing."""
     for axis in range(3):
         boxes[n, axis], boxes[n, 3 + axis] = np.inf, -np.inf
@@ -208,12 +207,12 @@ def _begin(boxes: FloatArray, n: int) -> None:
 
 @borrowing
 def _mark_gathered(
-    nearest: FloatArray,
+    nearest: Floats3,
     groups: Groups,
-    low: FloatArray,
+    low: Floats,
     width: float,
     reach: float,
-    steps: IntArray,
+    steps: Ints2,
 ) -> None:
     nx, ny, nz = nearest.shape
     cells, first_part, first_ball = groups.cells, groups.first_part, groups.first_ball
@@ -247,9 +246,7 @@ def _mark_gathered(
 
 
 @inlined
-def _may_be_nearer(
-    x: float, y: float, z: float, known: float, boxes: FloatArray, group: int
-) -> bool:
+def _may_be_nearer(x: float, y: float, z: float, known: float, boxes: Floats2, group: int) -> bool:
     """Whether a ball of a group may come nearer to a place than is known."""
     off_x = max(max(boxes[group, 0] - x, x - boxes[group, 3]), 0.0)
     off_y = max(max(boxes[group, 1] - y, y - boxes[group, 4]), 0.0)
@@ -265,7 +262,7 @@ def _nearest_of(
     z: float,
     known: float,
     reach: float,
-    balls: FloatArray,
+    balls: Floats2,
     begin: int,
     end: int,
 ) -> float:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import IntArray
+from clearway.base.arrays import Floats, Floats2, Floats3, Ints3
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 
 
 @compiled
 def any_way(
-    price: FloatArray, nearest: FloatArray, start: FloatArray, goal: FloatArray, ends_beside: int
-) -> FloatArray:
+    price: Floats3, nearest: Floats3, start: Floats, goal: Floats, ends_beside: int
+) -> Floats2:
     """[n, 3] the way of fewest cells from one to another, both ends included, by the rules of
     `seen_route`; none where no way leads.
 
@@ -58,7 +57,7 @@ def any_way(
 
 
 @compiled
-def _back(came: IntArray, end: int) -> FloatArray:
+def _back(came: Ints3, end: int) -> Floats2:
     """[n, 3] the cells that led to one, from the first on."""
     _, ny, nz = came.shape
     count, at = 0, end

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import BoolArray
+from clearway.base.arrays import Bools3, Floats, Floats3
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.live.route_map import UNSEEN, Cells
@@ -46,10 +46,10 @@ def run_up(
 
 @compiled
 def _run_up(
-    price: FloatArray,
-    has_room: BoolArray,
-    position: FloatArray,
-    goal: FloatArray,
+    price: Floats3,
+    has_room: Bools3,
+    position: Floats,
+    goal: Floats,
     least: float,
     most: float,
 ) -> tuple[int, int, int]:
@@ -73,7 +73,7 @@ def _run_up(
 
 
 @compiled
-def _leads_to(price: FloatArray, start: FloatArray, goal: FloatArray) -> bool:
+def _leads_to(price: Floats3, start: Floats, goal: Floats) -> bool:
     """Whether the straight line between two places is passable, as far as there are cells."""
     steps = int(np.ceil(2.0 * np.sqrt(np.sum((goal - start) ** 2))))
     for s in range(steps):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import IntArray
+from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.live.least_cost import at_least, cheapness
@@ -120,7 +120,7 @@ def _beside(cells: Cells, place_m: FloatArray) -> FloatArray:
 
 
 @compiled
-def _lower_along(price: FloatArray, corners: FloatArray, share: float) -> None:
+def _lower_along(price: Floats3, corners: Floats2, share: float) -> None:
     """Lower the price of the cells along a polyline [n, 3], and of those that touch them."""
     lowered = np.zeros(price.shape, dtype=np.bool_)
     for n in range(len(corners) - 1):
@@ -144,14 +144,14 @@ def _lower_along(price: FloatArray, corners: FloatArray, share: float) -> None:
 
 @compiled
 def _cheapest(
-    price: FloatArray,
-    nearest: FloatArray,
-    start: FloatArray,
-    goal: FloatArray,
+    price: Floats3,
+    nearest: Floats3,
+    start: Floats,
+    goal: Floats,
     most: float,
     greed: float,
     most_looked: int,
-) -> tuple[FloatArray, int]:
+) -> tuple[Floats2, int]:
     """[n, 3] cells of the cheapest way, both ends included; none where there is no way, and where
     none is found among so many cells. And how many were looked at.
 
@@ -229,7 +229,7 @@ def _cheapest(
 
 
 @compiled
-def _corners(price: FloatArray, way: FloatArray) -> IntArray:
+def _corners(price: Floats3, way: Floats2) -> Ints:
     """[n] where a way over cells really turns: between, straight lines cost no more."""
     spent = np.zeros(len(way))
     for n in range(1, len(way)):
@@ -248,7 +248,7 @@ def _corners(price: FloatArray, way: FloatArray) -> IntArray:
 
 
 @borrowing
-def _line_price(price: FloatArray, start: FloatArray, end: FloatArray) -> float:
+def _line_price(price: Floats3, start: Floats, end: Floats) -> float:
     """What the straight line between two cells costs."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
     length = np.sqrt(dx * dx + dy * dy + (VERTICAL * dz) ** 2)

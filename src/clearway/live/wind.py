@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.situation import CALM
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, length_of
@@ -75,16 +76,12 @@ class _LatestSteps:
         latest = _latest_of(self._rows, self._first, self._end, window_s)
         self._first, self.lasts_s, self.fastest_mps = latest
 
-    def warm_up(self) -> None:
-        """Compile and load what steps are added with."""
-        _latest_of(self._rows, self._first, self._first, WINDOW_S)
-
     def clear(self) -> None:
         self._first, self.lasts_s, self.fastest_mps = self._end, 0.0, 0.0
 
 
 @compiled
-def _latest_of(rows: FloatArray, first: int, end: int, window_s: float) -> tuple[int, float, float]:
+def _latest_of(rows: Floats2, first: int, end: int, window_s: float) -> tuple[int, float, float]:
     """The first row from which on they last no longer than a window, for how long these last, and
     the fastest of them."""
     while True:
@@ -131,10 +128,6 @@ class WindEstimate:
             _, self._sigma_mps = line_through(_columns(self._unfitted))
             self._unfitted = None
         return self._sigma_mps
-
-    def warm_up(self) -> None:
-        """Compile and load what takes own states."""
-        self._latest.warm_up()
 
     @property
     def steps(self) -> Steps:

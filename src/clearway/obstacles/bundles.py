@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.tree import BoxTree, box_lower_bound
 
@@ -29,22 +28,22 @@ class Spheres(NamedTuple):
     """Spheres as seen from the origin: unit vector to the centre, cosine and sine of the angle
     between that and the rim."""
 
-    nodes: FloatArray
+    nodes: Floats2
     """[nodes, 5] around boxes."""
-    members: FloatArray
+    members: Floats2
     """[n, 5] around obstacles, in the order of `BoxTree.members`."""
 
 
 class TreePart(NamedTuple):
     """What is left of a tree; there is room for all of it."""
 
-    nodes: IntArray
+    nodes: Ints
     """[nodes] ascending."""
-    skip: IntArray
+    skip: Ints
     """[nodes] index, among these, of what follows when a subtree is left out."""
-    first: IntArray
+    first: Ints
     """[nodes + 1] where the obstacles of each begin in `members`."""
-    members: IntArray
+    members: Ints
     """[n] indices in `BoxTree.members`."""
 
 
@@ -62,7 +61,7 @@ def room_for(tree: BoxTree) -> TreePart:
 
 @borrowing
 def look(
-    origin: FloatArray,
+    origin: Floats,
     max_range: float,
     shapes: Shapes,
     tree: BoxTree,
@@ -104,7 +103,7 @@ def look(
 
 
 @borrowing
-def _see(dx: float, dy: float, dz: float, radius: float, spheres: FloatArray, at: int) -> None:
+def _see(dx: float, dy: float, dz: float, radius: float, spheres: Floats2, at: int) -> None:
     """Note a sphere by the offset of its centre; one around the origin lies in all directions."""
     squared = dx * dx + dy * dy + dz * dz
     wide = radius * radius * (1.0 + ALLOWANCE) + SPHERE_ALLOWANCE * squared
@@ -131,7 +130,7 @@ def _joined(part: TreePart, count: int, held: int, tree: BoxTree) -> int:
 
 
 @borrowing
-def cone_around(directions: FloatArray, begin: int, end: int, cone: FloatArray) -> bool:
+def cone_around(directions: Floats2, begin: int, end: int, cone: Floats) -> bool:
     """Fill in axis, cosine and sine of a cone around some rays; False if they spread too far."""
     last = end - 1
     ax = directions[begin, 0] + directions[last, 0]
@@ -154,7 +153,7 @@ def cone_around(directions: FloatArray, begin: int, end: int, cone: FloatArray) 
 
 @borrowing
 def narrowed(
-    part: TreePart, nodes: int, cone: FloatArray, tree: BoxTree, spheres: Spheres, left: TreePart
+    part: TreePart, nodes: int, cone: Floats, tree: BoxTree, spheres: Spheres, left: TreePart
 ) -> int:
     """Fill in what a cone may meet of a part; the number of nodes, 0 for nothing."""
     count, held = 0, 0
@@ -178,7 +177,7 @@ def narrowed(
 
 
 @borrowing
-def _misses(cone: FloatArray, spheres: FloatArray, at: int) -> bool:
+def _misses(cone: Floats, spheres: Floats2, at: int) -> bool:
     """Whether a cone and a sphere have no direction in common, beyond doubt.
 
     Then their axes are farther apart than both half angles together. Each of these is acute, so

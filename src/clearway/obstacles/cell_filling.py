@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.cell_nodes import CellNodes
 from clearway.obstacles.cell_share import blurred_share
 from clearway.obstacles.obstacle import Shapes
@@ -41,20 +40,20 @@ SPREAD = 0.618
 class Parts(NamedTuple):
     """What shapes do to the parts of one cell at a time, in buffers that the caller lends."""
 
-    place_m: FloatArray
+    place_m: Floats2
     """[3, parts] grid frame, by axis."""
-    width_m: FloatArray
+    width_m: Floats
     """[parts] edge of the cube of a part's volume."""
-    weight: FloatArray
+    weight: Floats
     """[parts] share of the volume that is looked at."""
-    filled: FloatArray
+    filled: Floats
     """[parts] share so far."""
-    main: FloatArray
+    main: Floats2
     """[parts, 6] of the shape that fills most: share, normal, and between which offsets along the
     normal it lies."""
-    beyond_m: FloatArray
+    beyond_m: Floats
     """[parts] how far beyond the faces of the shape that is looked at, before it is inflated."""
-    touched: IntArray
+    touched: Ints
     """[parts] those that it may add to."""
     some: SomeShapes
 
@@ -77,7 +76,7 @@ def parts_of(nodes: CellNodes) -> Parts:
 
 @borrowing
 def share_of(
-    shapes: Shapes, nodes: CellNodes, cell: int, found: IntArray, looks: int, parts: Parts
+    shapes: Shapes, nodes: CellNodes, cell: int, found: Ints, looks: int, parts: Parts
 ) -> float:
     """The share of a cell that some shapes fill together, by so many looks of a shape at a part."""
     many = len(found)
@@ -150,7 +149,7 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
 
 
 @borrowing
-def _fill_by_part(shapes: Shapes, count: int, found: IntArray, parts: Parts) -> None:
+def _fill_by_part(shapes: Shapes, count: int, found: Ints, parts: Parts) -> None:
     """Add many shapes to a cell's parts, as `_fill_parts` adds one after the other: to the bit,
     since to each part they are added in the same order, but quicker where many meet."""
     some, filled = parts.some, parts.filled
@@ -174,7 +173,7 @@ def _fill_part(
     touched: int,
     width: float,
     filled: float,
-    main: FloatArray,
+    main: Floats,
     some: SomeShapes,
 ) -> float:
     """What a part is filled by after some shapes more; main [6]: its row of `Parts.main`."""
@@ -214,13 +213,13 @@ def _united(filled: float, share: float, aligned: float, common: float) -> float
 
 @inlined
 def _beyond(
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
-    center: FloatArray,
-    turn: FloatArray,
-    half: FloatArray,
-    beyond: FloatArray,
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    center: Floats,
+    turn: Floats2,
+    half: Floats,
+    beyond: Floats,
 ) -> None:
     """Fill in how far beyond a shape's faces points [n] are: no branch in the loop."""
     cx, cy, cz, hx, hy, hz = center[0], center[1], center[2], half[0], half[1], half[2]
@@ -230,7 +229,7 @@ def _beyond(
 
 
 @inlined
-def _touched(width: FloatArray, radius: float, parts: Parts) -> tuple[int, int]:
+def _touched(width: Floats, radius: float, parts: Parts) -> tuple[int, int]:
     """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
 
     Which they are cannot be foretold, so no branch asks: the others are written over.

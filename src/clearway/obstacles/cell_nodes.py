@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints, Ints2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -22,27 +23,27 @@ ACROSS = 2
 class CellNodes(NamedTuple):
     """Cells and the parts that they are cut into, as compiled loops take them."""
 
-    center_m: FloatArray
+    center_m: Floats2
     """[cells, 3] grid frame."""
-    radius_m: FloatArray
+    radius_m: Floats
     """[cells] no point of the cell is farther from its centre."""
-    first: IntArray
+    first: Ints
     """[cells + 1] where a cell's nodes begin."""
-    position_m: FloatArray
+    position_m: Floats2
     """[3, nodes] grid frame, by axis."""
-    width_m: FloatArray
+    width_m: Floats
     """[nodes] edge of the cube of a node's volume."""
-    node_radius_m: FloatArray
+    node_radius_m: Floats
     """[nodes] no point of a node's part is farther from it."""
-    share: FloatArray
+    share: Floats
     """[nodes] of the cell's volume; a cell's nodes sum to 1."""
-    by_group: IntArray
+    by_group: Ints
     """[cells] neighbours one after the other."""
-    group_first: IntArray
+    group_first: Ints
     """[groups + 1] where the cells of a group begin in `by_group`."""
-    group_center_m: FloatArray
+    group_center_m: Floats2
     """[groups, 3] grid frame."""
-    group_radius_m: FloatArray
+    group_radius_m: Floats
     """[groups] no point of any of its cells is farther from its centre."""
 
 
@@ -97,12 +98,12 @@ def _parts_along(per_cell: int, *extents_m: float) -> list[int]:
 
 @compiled
 def _cut_cells(
-    ranges: FloatArray,
-    azimuths: FloatArray,
-    elevations: FloatArray,
-    parts: IntArray,
-    first: IntArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    ranges: Floats,
+    azimuths: Floats,
+    elevations: Floats,
+    parts: Ints2,
+    first: Ints,
+) -> tuple[Floats2, Floats, Floats, Floats]:
     """Positions, widths, radii and volume shares of all nodes."""
     nodes = first[-1]
     position, width = np.empty((3, nodes)), np.empty(nodes)

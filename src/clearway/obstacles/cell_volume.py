@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
-from clearway.base.state import IntArray
 from clearway.obstacles.cell_share import blurred_share, half_space_share
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import box_distance, local_point, outward_normal, turn_of
@@ -152,7 +151,7 @@ def _curve_width(radius: float, scale: float) -> float:
 
 
 @borrowing
-def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: IntArray) -> float:
+def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: Ints) -> float:
     """Share of a part under the union of the near shapes; -1 where it must be halved to tell."""
     first = cut_of(part, shapes, near[0])
     if not (first.flat or wide <= _curve_width(shapes.radius_m[near[0]], scale)):
@@ -175,7 +174,7 @@ def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: I
 
 
 @borrowing
-def _smallest_part(scale: float, shapes: Shapes, near: IntArray) -> float:
+def _smallest_part(scale: float, shapes: Shapes, near: Ints) -> float:
     """Width at which parts that still hold an edge or a crossing are no longer halved."""
     smallest = scale / EDGE_PARTS
     radius = shapes.radius_m[near[0]]
@@ -185,7 +184,7 @@ def _smallest_part(scale: float, shapes: Shapes, near: IntArray) -> float:
 
 
 @borrowing
-def _blurred_union(part: Part, shapes: Shapes, near: IntArray) -> float:
+def _blurred_union(part: Part, shapes: Shapes, near: Ints) -> float:
     """Share of a part too small to halve: its shapes as if they met it independently."""
     free = 1.0
     width = part.volume ** (1.0 / 3.0)
@@ -197,9 +196,7 @@ def _blurred_union(part: Part, shapes: Shapes, near: IntArray) -> float:
 
 
 @borrowing
-def _keep_near(
-    part: Part, shapes: Shapes, lists: IntArray, start: int, stop: int
-) -> tuple[int, bool]:
+def _keep_near(part: Part, shapes: Shapes, lists: Ints, start: int, stop: int) -> tuple[int, bool]:
     """Copy the shapes of lists[start:stop] that may cut a part behind them.
 
     Returns where the copies end, and whether one of the shapes holds all of the part.
@@ -217,7 +214,7 @@ def _keep_near(
 
 
 @borrowing
-def _part_share(part: Part, scale: float, shapes: Shapes, near: IntArray) -> float:
+def _part_share(part: Part, scale: float, shapes: Shapes, near: Ints) -> float:
     """Share of a part that the near shapes fill; -1 where it must be halved to tell."""
     wide = max(part.out, max(part.across, part.up))
     if wide > scale / SMOOTH_PARTS:
@@ -229,7 +226,7 @@ def _part_share(part: Part, scale: float, shapes: Shapes, near: IntArray) -> flo
 
 
 @compiled
-def _union_volume(bounds: FloatArray, shapes: Shapes) -> float:
+def _union_volume(bounds: Floats, shapes: Shapes) -> float:
     """Volume of the union of shapes between bounds (d0, d1, a0, a1, e0, e1)."""
     stack = np.empty((STACK, 6))
     starts, stops = np.empty(STACK, dtype=np.int64), np.empty(STACK, dtype=np.int64)
@@ -266,7 +263,7 @@ def _union_volume(bounds: FloatArray, shapes: Shapes) -> float:
 
 
 @compiled
-def union_shares(shapes: Shapes, edges: GridEdges) -> FloatArray:
+def union_shares(shapes: Shapes, edges: GridEdges) -> Floats:
     """Share of each cell [cells] that the union of shapes in the grid frame fills."""
     layers, columns = len(edges.range_m) - 1, len(edges.azimuth_rad) - 1
     rows = len(edges.elevation_rad) - 1

@@ -6,12 +6,12 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import BoolArray
 from clearway.obstacles.cell_filling import parts_of, share_of
 from clearway.obstacles.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.obstacles.cell_volume import union_shares
@@ -58,9 +58,8 @@ def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolAr
     return _coated(shapes, cell_nodes(grid), float(margin_m))
 
 
-@by_leaf
 @compiled
-def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
+def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
     shares = np.zeros(len(nodes.radius_m))
     near, parts = near_cells(shapes, nodes), parts_of(nodes)
     for group in range(len(nodes.group_radius_m)):
@@ -76,9 +75,8 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> FloatArray:
     return shares
 
 
-@by_leaf
 @compiled
-def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> BoolArray:
+def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> Bools:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)
     near, distance = near_cells(shapes, nodes), np.empty(np.max(np.diff(nodes.first)))
     for group in range(len(nodes.group_radius_m)):
@@ -99,8 +97,8 @@ def _near_node(
     nodes: CellNodes,
     cell: int,
     margin: float,
-    near: IntArray,
-    distance: FloatArray,
+    near: Ints,
+    distance: Floats,
 ) -> bool:
     """Whether a shape may come within a margin of a part of a cell; so it is, where all the looks
     are taken and more shapes are left. distance: room for as many as a cell has parts."""

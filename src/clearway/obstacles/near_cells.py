@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats2, Ints, Ints2
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.cell_nodes import CellNodes
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import local_vector
@@ -22,25 +21,25 @@ SURELY_M = 1e-9
 class NearCells(NamedTuple):
     """What comes near the cells of one group at a time, in buffers that the caller lends."""
 
-    rows: FloatArray
+    rows: Floats2
     """[16, shapes] all shapes by coordinate, as `SomeShapes` has some."""
-    off_m: FloatArray
+    off_m: Floats
     """[shapes] how far they are from the middle of the group."""
-    nearby: IntArray
+    nearby: Ints
     """[shapes] those that may come near the group."""
-    center_m: FloatArray
+    center_m: Floats2
     """[3, cells of a group] by axis."""
-    reach_m: FloatArray
+    reach_m: Floats
     """[cells of a group] no point of the cell is farther from its centre."""
-    enough_m: FloatArray
+    enough_m: Floats
     """[cells of a group] how near its centre one shape alone decides of the cell."""
-    distance_m: FloatArray
+    distance_m: Floats
     """[cells of a group] of the shape that is looked at."""
-    covered: BoolArray
+    covered: Bools
     """[cells of a group] whether one shape, with the margin, is as near as that."""
-    many: IntArray
+    many: Ints
     """[cells of a group] how many shapes may come within the margin of others."""
-    found: IntArray
+    found: Ints2
     """[cells of a group, shapes] those, in order."""
 
 
@@ -114,9 +113,7 @@ def _near_group(nodes: CellNodes, group: int, margin: float, near: NearCells) ->
 
 
 @inlined
-def distances(
-    x: FloatArray, y: FloatArray, z: FloatArray, shapes: Shapes, s: int, distance: FloatArray
-) -> None:
+def distances(x: Floats, y: Floats, z: Floats, shapes: Shapes, s: int, distance: Floats) -> None:
     """Fill in `shape_distance` of points [n]: no branch in the loop, so that several go at once."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
     cx, cy, cz, hx, hy, hz = center[0], center[1], center[2], half[0], half[1], half[2]

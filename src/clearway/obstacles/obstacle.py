@@ -13,13 +13,14 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
 from clearway.base.compiled import borrowing
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import IntArray, frozen_array
+from clearway.base.state import frozen_array
 from clearway.obstacles.rounded_box import offset_volume, rounded_box_distance
 
 ObstacleShape = Literal["ball", "line", "plane", "cuboid"]
@@ -30,17 +31,17 @@ SHAPE_SIZES: dict[str, int] = {"ball": 0, "line": 1, "plane": 2, "cuboid": 3}
 class Shapes(NamedTuple):
     """Obstacles of one frame, world or grid, as compiled loops take them."""
 
-    center_m: FloatArray
+    center_m: Floats2
     """[n, 3] frame of the collection."""
-    rotation: FloatArray
+    rotation: Floats3
     """[n, 3, 3] frame_from_local."""
-    half_m: FloatArray
+    half_m: Floats2
     """[n, 3] half lengths along the local axes."""
-    radius_m: FloatArray
+    radius_m: Floats
     """[n] inflation."""
-    bound_m: FloatArray
+    bound_m: Floats
     """[n] radius of the sphere around the centre that holds the obstacle."""
-    source: IntArray
+    source: Ints
     """[n] index in the obstacle map that they come from."""
 
     def __repr__(self) -> str:

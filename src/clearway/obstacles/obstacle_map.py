@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import one_line
-from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import are_points, kind_of, points_of
 from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
@@ -138,10 +138,9 @@ def _box(corners_m: npt.ArrayLike) -> FloatArray:
     return box
 
 
-@by_leaf
 @compiled
 def _in_frame(
-    position: FloatArray, world_from_grid: FloatArray, reach: float, shapes: Shapes, tree: BoxTree
+    position: Floats, world_from_grid: Floats2, reach: float, shapes: Shapes, tree: BoxTree
 ) -> Shapes:
     """The obstacles within `reach` of a position, turned into the frame that sits there."""
     near = obstacles_within(position[0], position[1], position[2], reach, shapes, tree)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import one_line
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.positional import keywords_beyond_two
-from clearway.base.state import IntArray
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -25,14 +25,14 @@ MAX_VOXELS = 2**25
 class Voxels(NamedTuple):
     """Balls sorted into the voxels that they reach into."""
 
-    corner: FloatArray
+    corner: Floats
     """[3] lowest corner, world frame."""
     size: float
-    shape: IntArray
+    shape: Ints
     """[3]"""
-    first: IntArray
+    first: Ints
     """[voxels + 1] where a voxel's balls begin in `centers` (CSR)."""
-    centers: FloatArray
+    centers: Floats2
     """[entries, 3]; a ball stands once in every voxel that it may reach into."""
 
 
@@ -108,8 +108,8 @@ class PointWorld:
 
 @compiled
 def _sort(
-    points: FloatArray, radius: float, corner: FloatArray, size: float, shape: IntArray
-) -> tuple[IntArray, FloatArray]:
+    points: Floats2, radius: float, corner: Floats, size: float, shape: Ints
+) -> tuple[Ints, Floats2]:
     """Counting sort of the balls into voxels: where each begins, and the centres."""
     first = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)
     low, high = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
@@ -135,13 +135,13 @@ def _sort(
 
 @borrowing
 def _reached(
-    point: FloatArray,
+    point: Floats,
     radius: float,
-    corner: FloatArray,
+    corner: Floats,
     size: float,
-    shape: IntArray,
-    low: IntArray,
-    high: IntArray,
+    shape: Ints,
+    low: Ints,
+    high: Ints,
 ) -> None:
     """Fill in the lowest and highest voxel per axis that a ball reaches into."""
     for axis in range(3):
@@ -152,8 +152,8 @@ def _reached(
 
 @compiled
 def _cast(
-    origin: FloatArray, directions: FloatArray, max_range: float, voxels: Voxels, radius: float
-) -> FloatArray:
+    origin: Floats, directions: Floats2, max_range: float, voxels: Voxels, radius: float
+) -> Floats:
     corner, size, shape = voxels.corner, voxels.size, voxels.shape
     ranges = np.empty(len(directions))
     start = origin - corner
@@ -176,9 +176,9 @@ def _cast(
 
 @borrowing
 def _walk(
-    origin: FloatArray,
-    start: FloatArray,
-    direction: FloatArray,
+    origin: Floats,
+    start: Floats,
+    direction: Floats,
     enter: float,
     leave: float,
     voxels: Voxels,

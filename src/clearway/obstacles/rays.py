@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.obstacles.bundles import (
     ALLOWANCE,
     Spheres,
@@ -32,8 +32,8 @@ MANY, FEW = 200, 10
 
 @compiled
 def cast_rays(
-    origin: FloatArray, directions: FloatArray, max_range: float, shapes: Shapes, tree: BoxTree
-) -> FloatArray:
+    origin: Floats, directions: Floats2, max_range: float, shapes: Shapes, tree: BoxTree
+) -> Floats:
     """Distance [n] from an origin along unit directions [n, 3] to an obstacle; infinite: none.
 
     Quickest where neighbours in the list are neighbours in direction.
@@ -48,8 +48,8 @@ def cast_rays(
 
 @borrowing
 def _cast_all(
-    origin: FloatArray,
-    directions: FloatArray,
+    origin: Floats,
+    directions: Floats2,
     max_range: float,
     shapes: Shapes,
     tree: BoxTree,
@@ -57,8 +57,8 @@ def _cast_all(
     whole: TreePart,
     many: TreePart,
     few: TreePart,
-    cone: FloatArray,
-    ranges: FloatArray,
+    cone: Floats,
+    ranges: Floats,
 ) -> None:
     """Fill in the ranges, bundle by bundle. many, few, cone: room for what is left."""
     in_range = look(origin, max_range, shapes, tree, spheres, whole)
@@ -90,17 +90,17 @@ def _cast_all(
 
 @borrowing
 def _meet(
-    origin: FloatArray,
-    directions: FloatArray,
+    origin: Floats,
+    directions: Floats2,
     begin: int,
     end: int,
     max_range: float,
     shapes: Shapes,
     tree: BoxTree,
-    around: FloatArray,
+    around: Floats2,
     part: TreePart,
     nodes: int,
-    ranges: FloatArray,
+    ranges: Floats,
 ) -> None:
     """Fill in the ranges of some rays, which meet nothing but what is in the part.
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 
 RAY_TOLERANCE = 1e-11
 """Of the entry of a ray, as a share of the distance to it and the obstacle's own size."""
@@ -29,9 +29,7 @@ def offset_volume(hx: float, hy: float, hz: float, radius: float) -> float:
 
 
 @borrowing
-def local_vector(
-    dx: float, dy: float, dz: float, rotation: FloatArray
-) -> tuple[float, float, float]:
+def local_vector(dx: float, dy: float, dz: float, rotation: Floats2) -> tuple[float, float, float]:
     """A direction in the local axes of an obstacle: the transpose of frame_from_local."""
     return (
         rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz,
@@ -42,7 +40,7 @@ def local_vector(
 
 @borrowing
 def local_point(
-    x: float, y: float, z: float, center: FloatArray, rotation: FloatArray
+    x: float, y: float, z: float, center: Floats, rotation: Floats2
 ) -> tuple[float, float, float]:
     """A point in the local axes of an obstacle."""
     return local_vector(x - center[0], y - center[1], z - center[2], rotation)
@@ -69,9 +67,9 @@ def rounded_box_distance(
     x: float,
     y: float,
     z: float,
-    center: FloatArray,
-    rotation: FloatArray,
-    half: FloatArray,
+    center: Floats,
+    rotation: Floats2,
+    half: Floats,
     radius: float,
 ) -> float:
     """Signed distance in metres of a point to an obstacle's surface; negative inside, exact.
@@ -97,7 +95,7 @@ class Turn(NamedTuple):
 
 
 @borrowing
-def turn_of(rotation: FloatArray) -> Turn:
+def turn_of(rotation: Floats2) -> Turn:
     """The entries of a rotation [3, 3]."""
     x, y, z = rotation[0], rotation[1], rotation[2]
     return Turn(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
@@ -140,9 +138,9 @@ def ray_rounded_box(
     ux: float,
     uy: float,
     uz: float,
-    center: FloatArray,
-    rotation: FloatArray,
-    half: FloatArray,
+    center: Floats,
+    rotation: Floats2,
+    half: Floats,
     radius: float,
 ) -> float:
     """Distance along a ray of unit direction u to its entry into an obstacle.
@@ -183,7 +181,7 @@ def _bounding_sphere_entry(
     ex: float,
     ey: float,
     ez: float,
-    half: FloatArray,
+    half: Floats,
     radius: float,
 ) -> float:
     """Where a local ray enters the sphere around the obstacle; 0 inside, infinite if it misses."""

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import Turn
 
@@ -19,13 +18,13 @@ AT_ONCE = 128
 class SomeShapes(NamedTuple):
     """Some of the shapes of a cell by coordinate, and how one part of the cell lies to them."""
 
-    rows: FloatArray
+    rows: Floats2
     """[16, shapes] centre 3, rotation 9, half lengths 3, radius."""
-    local_m: FloatArray
+    local_m: Floats2
     """[3, shapes] where the part is in their axes."""
-    beyond_m: FloatArray
+    beyond_m: Floats
     """[shapes] how far it is beyond their faces, before they are inflated."""
-    touched: IntArray
+    touched: Ints
     """[shapes] those that may add to it."""
 
 
@@ -41,7 +40,7 @@ def some_shapes() -> SomeShapes:
 
 
 @inlined
-def lay_out(shapes: Shapes, found: IntArray, rows: FloatArray) -> None:
+def lay_out(shapes: Shapes, found: Ints, rows: Floats2) -> None:
     """Fill in some shapes by coordinate."""
     for k in range(len(found)):
         s = found[k]
@@ -53,7 +52,7 @@ def lay_out(shapes: Shapes, found: IntArray, rows: FloatArray) -> None:
 
 
 @inlined
-def turn_in(rows: FloatArray, k: np.uint64) -> Turn:
+def turn_in(rows: Floats2, k: np.uint64) -> Turn:
     """How one of some shapes lies."""
     xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
     zx, zy, zz = rows[9], rows[10], rows[11]
@@ -61,7 +60,7 @@ def turn_in(rows: FloatArray, k: np.uint64) -> Turn:
 
 
 @borrowing
-def distances_off(px: float, py: float, pz: float, rows: FloatArray, off: FloatArray) -> None:
+def distances_off(px: float, py: float, pz: float, rows: Floats2, off: Floats) -> None:
     """Fill in `obstacle.shape_distance` of a place to shapes [n] that are laid out in rows: no
     branch in the loop, so that several go at once."""
     cx, cy, cz, hx, hy, hz = rows[0], rows[1], rows[2], rows[12], rows[13], rows[14]

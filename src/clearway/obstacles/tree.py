@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import distance_beyond
@@ -22,15 +22,15 @@ LEAF_SIZE = 4
 class BoxTree(NamedTuple):
     """Axis-parallel boxes around groups of obstacles, as compiled loops take them."""
 
-    low_m: FloatArray
+    low_m: Floats2
     """[nodes, 3] lower corner, frame of the obstacles."""
-    high_m: FloatArray
+    high_m: Floats2
     """[nodes, 3] upper corner."""
-    skip: IntArray
+    skip: Ints
     """[nodes] the node that follows when this one's subtree is left out."""
-    first: IntArray
+    first: Ints
     """[nodes] where a leaf's obstacles begin in `members`; the next node's entry ends them."""
-    members: IntArray
+    members: Ints
     """[n] obstacle indices, leaf by leaf."""
 
 
@@ -83,7 +83,7 @@ def box_lower_bound(x: float, y: float, z: float, tree: BoxTree, node: int) -> f
 @compiled
 def obstacles_within(
     x: float, y: float, z: float, limit: float, shapes: Shapes, tree: BoxTree
-) -> IntArray:
+) -> Ints:
     """Ascending indices of the obstacles whose surface is at most `limit` from a point."""
     found = np.empty(len(tree.members), dtype=np.int64)
     count = 0
@@ -105,8 +105,8 @@ def obstacles_within(
 
 @compiled
 def nearest_obstacles(
-    points: FloatArray, within: float, shapes: Shapes, tree: BoxTree
-) -> tuple[FloatArray, IntArray]:
+    points: Floats2, within: float, shapes: Shapes, tree: BoxTree
+) -> tuple[Floats, Ints]:
     """Signed distance [n] of points [n, 3] to the nearest obstacle, and its index; inf and -1 where
     none is nearer than `within`."""
     distances = np.full(len(points), within)

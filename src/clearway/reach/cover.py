@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Bools, Floats, Int32s, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
 from clearway.reach.buffers import ByteArray, images_within, keys_of
 from clearway.reach.coverage import footprint_labels
 from clearway.reach.tree import ReachSet
@@ -21,10 +20,10 @@ YAW_STEP_RAD = 1e-6
 class Items(NamedTuple):
     """What the nodes of a pool reach, in rows (CSR), and what each thing reached is worth."""
 
-    row_start: Int32Array
+    row_start: Int32s
     """[nodes + 1] where a node's items begin in `item`."""
-    item: Int32Array
-    worth: FloatArray
+    item: Int32s
+    worth: Floats
     """[items]"""
 
 
@@ -89,13 +88,13 @@ def greedy_cover(
 
 @compiled
 def _greedy(
-    leaf: IntArray,
-    image: IntArray,
-    held: BoolArray,
-    parent: Int32Array,
+    leaf: Ints,
+    image: Ints,
+    held: Bools,
+    parent: Int32s,
     items: Items,
     most_nodes: float,
-) -> BoolArray:
+) -> Bools:
     """[trajectories] which are kept."""
     kept = np.zeros(len(leaf), dtype=np.bool_)
     has_node = np.zeros(len(parent), dtype=np.bool_)
@@ -124,7 +123,7 @@ def _greedy(
 
 @borrowing
 def _gain(
-    node: int, parent: Int32Array, items: Items, has_node: BoolArray, has_item: BoolArray
+    node: int, parent: Int32s, items: Items, has_node: Bools, has_item: Bools
 ) -> tuple[int, float]:
     """New nodes, and the worth of new items, of the trajectory that ends with a node."""
     nodes, worth = 0, 0.0
@@ -138,9 +137,7 @@ def _gain(
 
 
 @borrowing
-def _enter(
-    node: int, parent: Int32Array, items: Items, has_node: BoolArray, has_item: BoolArray
-) -> int:
+def _enter(node: int, parent: Int32s, items: Items, has_node: Bools, has_item: Bools) -> int:
     """Enter a trajectory's nodes and items into the masks; how many nodes were new."""
     nodes = 0
     while node >= 0 and not has_node[node]:

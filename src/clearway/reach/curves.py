@@ -14,6 +14,7 @@ from math import comb
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, StridedFloats
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 
@@ -87,7 +88,7 @@ BINOMIALS = np.array([comb(DEGREE, k) for k in range(DEGREE + 1)], dtype=np.floa
 
 
 @borrowing
-def square(coefficients: FloatArray, weights: FloatArray, squared: FloatArray) -> None:
+def square(coefficients: Floats, weights: Floats2, squared: Floats) -> None:
     """Add the square of a polynomial [n + 1] to `squared` [2 n + 1]."""
     for i in range(len(coefficients)):
         for j in range(len(coefficients)):
@@ -95,7 +96,7 @@ def square(coefficients: FloatArray, weights: FloatArray, squared: FloatArray) -
 
 
 @borrowing
-def value(scaled: FloatArray, share: float) -> float:
+def value(scaled: Floats, share: float) -> float:
     """A polynomial at a share of its time, by its coefficients times `BINOMIALS`."""
     rest, power = 1.0 - share, 1.0
     total = scaled[0]
@@ -106,7 +107,7 @@ def value(scaled: FloatArray, share: float) -> float:
 
 
 @borrowing
-def halve(coefficients: FloatArray, first: FloatArray, second: FloatArray) -> None:
+def halve(coefficients: StridedFloats, first: StridedFloats, second: Floats) -> None:
     """Coefficients of the two halves of a polynomial (de Casteljau)."""
     degree = len(coefficients) - 1
     for k in range(degree + 1):
@@ -118,7 +119,7 @@ def halve(coefficients: FloatArray, first: FloatArray, second: FloatArray) -> No
 
 
 @borrowing
-def without_root(coefficients: FloatArray, noise: float) -> bool:
+def without_root(coefficients: StridedFloats, noise: float) -> bool:
     """Whether all coefficients beyond exact zeros at the start have one sign, and not by rounding.
 
     Then the polynomial has no root but at its start.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -102,12 +103,12 @@ def _heading(pitch_rad: FloatArray, yaw_rad: FloatArray, rotation: FloatArray) -
 
 @compiled
 def _nearest(
-    position: FloatArray,
-    heading: FloatArray,
-    kept_position: FloatArray,
-    kept_heading: FloatArray,
+    position: Floats2,
+    heading: Floats2,
+    kept_position: Floats2,
+    kept_heading: Floats2,
     weight: float,
-) -> FloatArray:
+) -> Floats:
     """[n] distance of each state to the nearest kept one."""
     gaps = np.empty(len(position))
     for n in range(len(position)):

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import BoolArray
 from clearway.reach.keep import in_mirrored_order
 from clearway.reach.wavefront import Front, KeepRule
 
@@ -52,9 +53,7 @@ def _alignment(front: Front) -> FloatArray:
 
 
 @compiled
-def _farthest(
-    cell: IntArray, together: BoolArray, features: FloatArray, budget: IntArray
-) -> BoolArray:
+def _farthest(cell: Ints, together: Bools, features: Floats2, budget: Ints) -> Bools:
     """From nodes sorted by cell and rank: in each cell the first, then the farthest, again.
 
     Mirror images in one cell are one choice of two nodes.
@@ -86,10 +85,10 @@ def _next_choice(
     start: int,
     end: int,
     left: int,
-    taken: BoolArray,
-    apart: FloatArray,
-    together: BoolArray,
-    features: FloatArray,
+    taken: Bools,
+    apart: Floats,
+    together: Bools,
+    features: Floats2,
 ) -> tuple[int, int]:
     """Of a cell's nodes from start to end the one farthest from those taken, and its size.
 
@@ -117,7 +116,7 @@ def _next_choice(
 
 
 @borrowing
-def _distance(first: FloatArray, second: FloatArray) -> float:
+def _distance(first: Floats, second: Floats) -> float:
     total = 0.0
     for axis in range(len(first)):
         total += (first[axis] - second[axis]) ** 2

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats3, Int32s
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, cell_of_point
@@ -48,12 +49,12 @@ def drifted(reach_set: ReachSet, wind_mps: FloatArray) -> ReachSet:
 
 @compiled
 def _drifted(
-    parent: Int32Array,
-    at_rest: FloatArray,
-    end_time_s: FloatArray,
-    wind: FloatArray,
+    parent: Int32s,
+    at_rest: Floats3,
+    end_time_s: Floats,
+    wind: Floats,
     edges: GridEdges,
-) -> tuple[FloatArray, Int32Array, Int32Array, Int32Array]:
+) -> tuple[Floats3, Int32s, Int32s, Int32s]:
     nodes, count = at_rest.shape[0], at_rest.shape[1]
     samples = np.empty_like(at_rest)
     cell_start = np.zeros(nodes + 1, dtype=np.int32)

@@ -12,10 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import (
+    Bools,
+    Bools2,
+    Floats,
+    Floats2,
+    Floats3,
+    Floats4,
+    Int16s,
+    Int32s,
+    Ints2,
+)
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IndexArray, IntArray
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.lattice import SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.abilities import PITCH_TOLERANCE_RAD
@@ -102,15 +113,15 @@ def flown_from(
 class TurnedLegs(NamedTuple):
     """Movements from every true attitude that the trajectories lead to."""
 
-    following: IntArray
+    following: Ints2
     """[attitudes, movements] attitude at the end; -1 where no trajectory goes on so."""
-    states: FloatArray
+    states: Floats4
     """[attitudes, movements, samples, 6] along the movement, from the origin at yaw 0, level."""
-    sagitta_m: FloatArray
+    sagitta_m: Floats2
     """[attitudes, movements] how far the path may lie from chords between its samples."""
-    keeps: BoolArray
+    keeps: Bools2
     """[attitudes, movements] within the pitch limit, or back towards it."""
-    stays: BoolArray
+    stays: Bools2
     """[attitudes, movements] no farther beyond the pitch limit than the start."""
 
 
@@ -171,12 +182,12 @@ def _sagitta(along: FloatArray, starts: FloatArray) -> FloatArray:
 
 @compiled
 def _flown(
-    parent: IndexArray,
-    movement: IndexArray,
-    least_sagitta: FloatArray,
+    parent: Int32s,
+    movement: Int16s,
+    least_sagitta: Floats,
     legs: TurnedLegs,
-    rotation: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:
+    rotation: Floats2,
+) -> tuple[Floats3, Floats2, Floats, Bools, Bools]:
     nodes = len(parent)
     samples, states = np.empty((nodes, SAMPLES, 3)), np.empty((nodes, 6))
     sagitta = np.empty(nodes)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Ints
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -95,7 +96,7 @@ def _centers(grid: AvoidanceGrid) -> FloatArray:
 
 
 @compiled
-def _take(cell: IntArray, together: BoolArray, budget: IntArray) -> BoolArray:
+def _take(cell: Ints, together: Bools, budget: Ints) -> Bools:
     """From nodes sorted by cell and rank, what fits each cell's budget; images only as pairs."""
     nodes = len(cell)
     taken = np.zeros(nodes, dtype=np.bool_)

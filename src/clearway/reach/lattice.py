@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Floats4, Floats5, Int32s2
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, rotation_of
 from clearway.base.grid import AvoidanceGrid
@@ -30,21 +30,21 @@ FEWEST_STANDING, MOST_STANDING = 3, 12
 class LatticePieces(NamedTuple):
     """The lattice as compiled loops take it."""
 
-    following: npt.NDArray[np.int32]
+    following: Int32s2
     """[attitudes, movements] attitude at the movement's end; -1 where it is not allowed."""
-    path: FloatArray
+    path: Floats4
     """[attitudes, movements, steps, 3] displacement at equal times, yaw 0 at the start, z up."""
-    curve: FloatArray
+    curve: Floats5
     """[attitudes, movements, parts, degree + 1, 3] the same way as polynomials, see `curves`."""
-    turn_rad: FloatArray
+    turn_rad: Floats2
     """[attitudes, movements] change of yaw."""
-    length_m: FloatArray
+    length_m: Floats2
     """[attitudes, movements] length flown."""
-    sagitta_m: FloatArray
+    sagitta_m: Floats2
     """[attitudes, movements] how far the path may lie from chords between its samples."""
-    attitude_rad: FloatArray
+    attitude_rad: Floats2
     """[attitudes, 2] roll and pitch."""
-    duration_s: FloatArray
+    duration_s: Floats
     """[movements]"""
 
 

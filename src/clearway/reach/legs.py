@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Floats4, Ints2
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -22,13 +23,13 @@ MOST_ATTITUDES = 64
 class Legs(NamedTuple):
     """Where every movement leads from every attitude, as compiled loops take it."""
 
-    path: FloatArray
+    path: Floats4
     """[attitudes, movements, SAMPLES, 4] x, y, z and yaw along it, from the origin at yaw 0."""
-    sagitta_m: FloatArray
+    sagitta_m: Floats2
     """[attitudes, movements] how far the path may lie from chords between its samples."""
-    following: IntArray
+    following: Ints2
     """[attitudes, movements] attitude at its end; -1 where it may not be flown."""
-    duration_s: FloatArray
+    duration_s: Floats
     """[movements]"""
 
     def __repr__(self) -> str:

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
-from clearway.base.state import IntArray
 from clearway.reach.lattice import LatticePieces
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
 
@@ -20,15 +19,15 @@ START_CELL = -1
 
 @compiled
 def offspring_of(
-    state: FloatArray,
-    place: npt.NDArray[np.int32],
+    state: Floats2,
+    place: Int32s2,
     cell: int,
     deep: int,
     pieces: LatticePieces,
-    rotation: FloatArray,
+    rotation: Floats2,
     edges: GridEdges,
     most: int,
-) -> tuple[int, IntArray, IntArray, IntArray, FloatArray, npt.NDArray[np.int32]]:
+) -> tuple[int, Ints, Ints, Ints, Floats2, Int32s2]:
     """Nodes, ended, cells, start, state and place of what hangs below a footprint.
 
     Nodes is -1 when there are more states than `most`.
@@ -83,15 +82,13 @@ def offspring_of(
 
 
 @borrowing
-def _origin(state: FloatArray) -> tuple[float, float, float, float, float]:
+def _origin(state: Floats) -> tuple[float, float, float, float, float]:
     """x, y, z, and cosine and sine of yaw."""
     return state[0], state[1], state[2], np.cos(state[3]), np.sin(state[3])
 
 
 @borrowing
-def _put(
-    row: FloatArray, origin: tuple[float, float, float, float, float], end: FloatArray
-) -> None:
+def _put(row: Floats, origin: tuple[float, float, float, float, float], end: Floats) -> None:
     """Enter the position at a movement's end into a row of states."""
     x, y, z, cosine, sine = origin
     row[0] = x + cosine * end[0] - sine * end[1]
@@ -100,7 +97,7 @@ def _put(
 
 
 @compiled
-def _by_cell(cell_of: IntArray, cells: int) -> tuple[IntArray, IntArray, IntArray]:
+def _by_cell(cell_of: Ints, cells: int) -> tuple[Ints, Ints, Ints]:
     """Cells that occur, where each begins, and the order that sorts rows by cell."""
     counts = np.zeros(cells, dtype=np.int64)
     for cell in cell_of:

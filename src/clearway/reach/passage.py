@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, StridedFloats
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, angle_borders, cell_of_point, range_borders
@@ -47,32 +48,32 @@ RANGE, AZIMUTH, ELEVATION = 0, 1, 2
 class CellBorders(NamedTuple):
     """The borders between cells, moved by the tolerance with which points belong to them."""
 
-    range_m: FloatArray
-    azimuth: FloatArray
+    range_m: Floats
+    azimuth: Floats2
     """[columns + 1, 2] sine and cosine."""
-    elevation: FloatArray
+    elevation: Floats2
     """[rows + 1, 2] sine and cosine."""
 
 
 class CrossingSearch(NamedTuple):
     """Arrays that the search for crossings works in, made once for all movements."""
 
-    crossings: FloatArray
+    crossings: Floats
     """Shares of time found."""
-    weights: FloatArray
+    weights: Floats2
     """For squares of polynomials."""
-    axes: FloatArray
+    axes: Floats2
     """[3, degree + 1] coefficients of x, y and z."""
-    scaled: FloatArray
+    scaled: Floats2
     """The same times `binomials`, as `value` takes them."""
-    binomials: FloatArray
-    level2: FloatArray
-    height2: FloatArray
-    of_border: FloatArray
-    waiting: FloatArray
-    low: FloatArray
-    high: FloatArray
-    second: FloatArray
+    binomials: Floats
+    level2: Floats
+    height2: Floats
+    of_border: Floats
+    waiting: Floats2
+    low: Floats
+    high: Floats
+    second: Floats
 
 
 def borders_of(edges: GridEdges) -> CellBorders:
@@ -109,7 +110,7 @@ def crossing_search(borders: CellBorders) -> CrossingSearch:
 
 
 @compiled
-def crossings(curve: FloatArray, borders: CellBorders, search: CrossingSearch) -> int:
+def crossings(curve: Floats2, borders: CellBorders, search: CrossingSearch) -> int:
     """Shares of time, ascending in `search.crossings`, at which a curve [degree + 1, 3] crosses.
 
     Returns how many there are. The curve is in the grid frame.
@@ -160,7 +161,7 @@ def crossings(curve: FloatArray, borders: CellBorders, search: CrossingSearch) -
 
 @borrowing
 def _difference(
-    cosine: float, upward: FloatArray, sine: float, across: FloatArray, of_border: FloatArray
+    cosine: float, upward: Floats, sine: float, across: Floats, of_border: Floats
 ) -> tuple[float, bool]:
     """Enter cosine * upward - sine * across; what rounding may make of it, and whether it has none.
 
@@ -235,7 +236,7 @@ def _roots(
 
 
 @borrowing
-def _changes_of_sign(coefficients: FloatArray, noise: float) -> int:
+def _changes_of_sign(coefficients: StridedFloats, noise: float) -> int:
     """Changes of sign from one coefficient to the next; -1 where rounding may have made a sign.
 
     One change means one root, none means none (Descartes' rule in Bernstein form).
@@ -255,7 +256,7 @@ def _beyond(
     share: float,
     kind: int,
     border: tuple[float, float],
-    scaled: FloatArray,
+    scaled: Floats2,
 ) -> float:
     """Positive on one side of a border and negative on the other."""
     across, left = value(scaled[0], share), value(scaled[1], share)
@@ -272,7 +273,7 @@ def _touches(
     share: float,
     kind: int,
     border: tuple[float, float],
-    scaled: FloatArray,
+    scaled: Floats2,
 ) -> bool:
     """Whether the curve comes to a border, for all that rounding tells."""
     distance2 = 0.0
@@ -290,7 +291,7 @@ def _bracketed(
     after: float,
     kind: int,
     border: tuple[float, float],
-    scaled: FloatArray,
+    scaled: Floats2,
 ) -> float:
     """The crossing between two shares of time on different sides of a border (Ridders' method)."""
     best = 0.5 * (low + high)

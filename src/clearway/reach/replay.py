@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from clearway.base.arrays import Floats2, Ints, UInt8s2
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.reach.buffers import ByteArray, keys_of, rows_of
 from clearway.reach.lattice import Lattice, LatticePieces, grid_from_level
@@ -33,8 +32,8 @@ def completed(
 
 @compiled
 def _cut_lengths(
-    buffers: ByteArray, start: int, pieces: LatticePieces, rotation: FloatArray, edges: GridEdges
-) -> npt.NDArray[np.int64]:
+    buffers: UInt8s2, start: int, pieces: LatticePieces, rotation: Floats2, edges: GridEdges
+) -> Ints:
     """[n] movements until a buffer's trajectory is complete; 0 if it never is."""
     lengths = np.zeros(len(buffers), dtype=np.int64)
     for n in range(len(buffers)):
@@ -61,9 +60,7 @@ def _cut_lengths(
 
 
 @compiled
-def level_states(
-    buffers: ByteArray, start: int, pieces: LatticePieces
-) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+def level_states(buffers: UInt8s2, start: int, pieces: LatticePieces) -> tuple[Floats2, Ints]:
     """x, y, z, yaw [n, 4] in the level frame and attitude [n] at the end of buffers [n, deep]."""
     states = np.zeros((len(buffers), 4))
     attitude = np.full(len(buffers), start, dtype=np.int64)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Floats3, Int8s, Int16s, Int32s, Int32s2, Ints2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
 from clearway.reach.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
 from clearway.reach.passage import (
@@ -100,8 +100,8 @@ def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
 @borrowing
 def _point(
     origin: tuple[float, float, float, float, float],
-    offset: FloatArray,
-    rotation: FloatArray,
+    offset: Floats,
+    rotation: Floats2,
 ) -> tuple[float, float, float]:
     """A piece's point in the grid frame; origin: x, y, z, cos and sin of yaw, level frame."""
     x, y, z, cosine, sine = origin
@@ -118,8 +118,8 @@ def _point(
 @borrowing
 def end_place(
     origin: tuple[float, float, float, float, float],
-    path: FloatArray,
-    rotation: FloatArray,
+    path: Floats2,
+    rotation: Floats2,
     edges: GridEdges,
 ) -> int:
     """Where a movement along `path` [steps, 3] ends: a cell, NEAR, or the way it left the grid.
@@ -141,13 +141,13 @@ def end_place(
 
 @compiled
 def expand(
-    position: FloatArray,
-    yaw: FloatArray,
-    attitude: npt.NDArray[np.int32],
+    position: Floats2,
+    yaw: Floats,
+    attitude: Int32s,
     pieces: LatticePieces,
-    rotation: FloatArray,
+    rotation: Floats2,
     edges: GridEdges,
-) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+) -> tuple[Floats3, Floats2, Int32s2, Ints2]:
     """Children of nodes [n] by every movement [n, m]: position, yaw, attitude and place.
 
     Positions are in the level frame at yaw 0; see `end_place` for places, NOT_ALLOWED where the
@@ -181,8 +181,8 @@ def expand(
 
 @compiled
 def _chain(
-    parent: Int32Array, movement: npt.NDArray[np.int16], start: int, pieces: LatticePieces
-) -> tuple[Int32Array, npt.NDArray[np.int16], FloatArray, FloatArray, FloatArray]:
+    parent: Int32s, movement: Int16s, start: int, pieces: LatticePieces
+) -> tuple[Int32s2, Int16s, Floats2, Floats2, Floats2]:
     """Attitude index, depth, (time, length) and (x, y, z, yaw) at the start and end of nodes.
 
     Starts and ends are [nodes, 4] in the level frame at yaw 0.
@@ -215,16 +215,16 @@ def _chain(
 
 @compiled
 def _through_cells(
-    parent: Int32Array,
-    movement: npt.NDArray[np.int16],
-    attitude: Int32Array,
-    starts: FloatArray,
+    parent: Int32s,
+    movement: Int16s,
+    attitude: Int32s2,
+    starts: Floats2,
     pieces: LatticePieces,
-    rotation: FloatArray,
+    rotation: Floats2,
     edges: GridEdges,
     borders: CellBorders,
     search: CrossingSearch,
-) -> tuple[FloatArray, Int32Array, Int32Array, Int32Array, npt.NDArray[np.int8]]:
+) -> tuple[Floats3, Int32s, Int32s, Int32s, Int8s]:
     """Samples, cells passed (CSR), cell and kind of exit at the end of every node."""
     nodes, steps = len(parent), pieces.path.shape[2]
     stride = steps // SAMPLES
@@ -282,7 +282,7 @@ def exit_of(place: int, edges: GridEdges) -> int:
 
 @borrowing
 def _passed(
-    cell: int, node: int, filled: int, parent: Int32Array, start: Int32Array, cells: Int32Array
+    cell: int, node: int, filled: int, parent: Int32s, start: Int32s, cells: Int32s
 ) -> bool:
     """Whether `node` so far, or an ancestor, has passed the cell."""
     for at in range(start[node], filled):

@@ -11,12 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from clearway.base.arrays import Floats2, Int32s2, Ints, UInt64s
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges
-from clearway.base.state import IntArray
 from clearway.reach.lattice import LatticePieces
 from clearway.reach.offspring import START_CELL
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
@@ -28,15 +26,15 @@ LOST = -2
 class Along(NamedTuple):
     """Where walks start, and the cells that they follow."""
 
-    state: FloatArray
+    state: Floats2
     """[n, 4] trajectory ends in the way's first cell, as in `offspring_of`."""
-    place: npt.NDArray[np.int32]
+    place: Int32s2
     """[n, 2]"""
-    way: IntArray
+    way: Ints
     """[cells] one after the other."""
     deep: int
     pieces: LatticePieces
-    rotation: FloatArray
+    rotation: Floats2
     edges: GridEdges
 
 
@@ -45,7 +43,7 @@ def outcomes_of_walks(
     along: Along,
     walks: int,
     seed: int,
-) -> IntArray:
+) -> Ints:
     """[cells + 1] how many walks end in each cell behind the way; the last is beyond the range."""
     found = np.zeros(_cells(along.edges) + 1, dtype=np.int64)
     draw = np.array([seed], dtype=np.uint64)
@@ -76,7 +74,7 @@ def walks_until(
 
 
 @borrowing
-def _walk(along: Along, order: IntArray, draw: npt.NDArray[np.uint64]) -> int:
+def _walk(along: Along, order: Ints, draw: UInt64s) -> int:
     """Outcome of one walk: a cell, beyond the range, or LOST; `order` is any order of movements."""
     pieces, way = along.pieces, along.way
     last = pieces.path.shape[2] - 1
@@ -113,7 +111,7 @@ def _walk(along: Along, order: IntArray, draw: npt.NDArray[np.uint64]) -> int:
 
 
 @borrowing
-def _onward(end: int, way: IntArray, here: int, edges: GridEdges) -> int:
+def _onward(end: int, way: Ints, here: int, edges: GridEdges) -> int:
     """The cell that a movement leads to, `cells` beyond the range, or LOST off the way."""
     per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
     to = START_CELL if end == NEAR else end
@@ -132,7 +130,7 @@ def _cells(edges: GridEdges) -> int:
 
 
 @borrowing
-def _below(count: int, draw: npt.NDArray[np.uint64]) -> int:
+def _below(count: int, draw: UInt64s) -> int:
     """A random number from 0 to count - 1, by splitmix64."""
     draw[0] += np.uint64(0x9E3779B97F4A7C15)
     mixed = draw[0]

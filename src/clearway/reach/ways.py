@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Ints
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.reach.legs import Legs, pose_on
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -25,21 +25,21 @@ MOST_ESCAPES = 24000
 class Ways(NamedTuple):
     """Escapes from one attitude: beginnings as a tree, and a loop after each."""
 
-    parent: IntArray
+    parent: Ints
     """[beginnings] the first is the empty one, -1; parents come first."""
-    movement: IntArray
+    movement: Ints
     """[beginnings] that leads there from the parent; -1 for the empty one."""
-    attitude: IntArray
+    attitude: Ints
     """[beginnings] at the end."""
-    begins: IntArray
+    begins: Ints
     """[escapes] the beginning of each, the shorter ones first."""
-    loop: IntArray
+    loop: Ints
     """[escapes] its loop."""
-    loop_attitude: IntArray
+    loop_attitude: Ints
     """[loops] that it begins and ends with."""
-    loop_at: IntArray
+    loop_at: Ints
     """[loops + 1] where the movements of each begin."""
-    loop_movement: IntArray
+    loop_movement: Ints
     """[...]"""
 
     def __repr__(self) -> str:

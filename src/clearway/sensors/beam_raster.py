@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Bools2, Floats, Floats2, Int32s
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
@@ -30,11 +30,11 @@ class BeamRaster(NamedTuple):
     Azimuth by its pseudo-angle and elevation by its sine, as in `binning`.
     """
 
-    low: FloatArray
+    low: Floats2
     """[columns, rows] sine of the lowest beam in the bin; inf where there is none."""
-    high: FloatArray
+    high: Floats2
     """[columns, rows] sine of the highest; -inf where there is none."""
-    flanked: BoolArray
+    flanked: Bools2
     """[columns, rows] true where there are beams on either side too."""
     per_column: float
     """Columns per unit of pseudo-angle."""
@@ -69,9 +69,9 @@ def _flanked(beams: BoolArray) -> BoolArray:
 
 @borrowing
 def _note_beams(
-    directions: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    directions: Floats2,
+    low: Floats2,
+    high: Floats2,
     per_column: float,
     per_row: float,
     bottom: float,
@@ -89,7 +89,7 @@ def bin_of(
     x: float,
     y: float,
     sine: float,
-    bins: FloatArray,
+    bins: Floats2,
     per_column: float,
     per_row: float,
     bottom: float,
@@ -106,14 +106,14 @@ def bin_of(
 class Directions(NamedTuple):
     """Where the returns [n] of a sweep lie among the bins of a raster."""
 
-    bin: BinArray
+    bin: Int32s
     """[n] column * rows + row; -1 outside the raster, and where there is no finite distance."""
-    nearest_m: FloatArray
+    nearest_m: Floats2
     """[columns, rows] range of the nearest return per bin; inf without any."""
 
 
 @compiled
-def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
+def directions_of(points: Floats2, raster: BeamRaster) -> Directions:
     """Bins of returns [n, 3], sensor frame, and how near the nearest of each is."""
     bins, nearest = np.empty(len(points), dtype=np.int32), np.full(raster.low.shape, np.inf)
     columns, rows = raster.low.shape
@@ -136,21 +136,21 @@ def directions_of(points: FloatArray, raster: BeamRaster) -> Directions:
 
 
 @compiled
-def nearest_returns(points: FloatArray, raster: BeamRaster) -> FloatArray:
+def nearest_returns(points: Floats2, raster: BeamRaster) -> Floats2:
     """[columns, rows] range of the nearest return per bin; inf without any."""
     return directions_of(points, raster).nearest_m
 
 
 @borrowing
 def sort_into_bins(
-    flat: FloatArray,
+    flat: Floats,
     columns: int,
     rows: int,
     per_column: float,
     per_row: float,
     bottom: float,
-    distance: FloatArray,
-    bins: BinArray,
+    distance: Floats,
+    bins: Int32s,
 ) -> None:
     """`bin_of` of a block of returns, without a branch: the compiler takes several at a time.
 
@@ -171,7 +171,7 @@ def sort_into_bins(
 
 
 @borrowing
-def _note_nearest(distance: FloatArray, bins: BinArray, nearest: FloatArray) -> None:
+def _note_nearest(distance: Floats, bins: Int32s, nearest: Floats) -> None:
     for n in range(len(bins)):
         if bins[n] >= 0:
             at = np.uint32(bins[n])

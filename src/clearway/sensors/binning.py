@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
@@ -51,11 +52,11 @@ class CellTables(NamedTuple):
     edges: GridEdges
     stand_ins: GridEdges
     """Of the edges: distances, pseudo-angles, sines."""
-    layer: TableArray
-    column: TableArray
-    row: TableArray
+    layer: Int32s
+    column: Int32s
+    row: Int32s
     steps_per_m: float
-    cone: FloatArray
+    cone: Floats
     """[6] around the grid's directions: normals (x, y) of the half-planes at its sides, zero where
     it is no narrower than half a circle, then its lowest and highest sine, squared with their
     signs."""
@@ -122,7 +123,7 @@ def _table(edges: FloatArray, low: float, steps_per_unit: float, stride: int) ->
 
 
 @borrowing
-def quick_column(x: float, y: float, sine: float, column: TableArray, row: TableArray) -> int:
+def quick_column(x: float, y: float, sine: float, column: Int32s, row: Int32s) -> int:
     """Sum of the entries of a direction: column * rows + row, or a mark.
 
     Takes the two tables rather than `CellTables`: loops hoist them, which makes them five times
@@ -160,7 +161,7 @@ def cell_at_border(x: float, y: float, z: float, tables: CellTables) -> int:
 
 
 @borrowing
-def _sure_interval(stand_in: float, edges: FloatArray, apart: float) -> int:
+def _sure_interval(stand_in: float, edges: Floats, apart: float) -> int:
     """Interval of ascending edges; -1 outside, UNSURE where it is no farther from an edge."""
     passed, near = 0, False
     for n in range(len(edges)):
@@ -172,7 +173,7 @@ def _sure_interval(stand_in: float, edges: FloatArray, apart: float) -> int:
 
 
 @borrowing
-def exact_column(x: float, y: float, z: float, azimuth: FloatArray, elevation: FloatArray) -> int:
+def exact_column(x: float, y: float, z: float, azimuth: Floats, elevation: Floats) -> int:
     """column * rows + row of a direction by the rule of `grid`; OUTSIDE if there is none."""
     j = interval_of(np.arctan2(y, x), azimuth)
     k = interval_of(np.arctan2(z, np.sqrt(x * x + y * y)), elevation)
@@ -180,7 +181,7 @@ def exact_column(x: float, y: float, z: float, azimuth: FloatArray, elevation: F
 
 
 @compiled
-def beams_per_column(directions: FloatArray, rotation: FloatArray, tables: CellTables) -> IntArray:
+def beams_per_column(directions: Floats2, rotation: Floats2, tables: CellTables) -> Ints:
     """[columns * rows] beams through each column, |L| of (5.39), with the border rules of `grid`.
 
     directions: [beams, 3] unit vectors, sensor frame; rotation: [3, 3] grid from sensor.

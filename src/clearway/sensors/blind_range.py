@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.passing import Sensor
-from clearway.sensors.seen_space import Voxels, is_place_free
+from clearway.sensors.seen_space import is_place_free
 
 STEPS = 2.0
 """Places looked up in a voxel's width."""
@@ -21,8 +21,8 @@ STEPS = 2.0
 
 @compiled
 def heard_of(
-    nearest: FloatArray, raster: BeamRaster, sensor: Sensor, free: Voxels, window: FloatArray
-) -> FloatArray:
+    nearest: Floats2, raster: BeamRaster, sensor: Sensor, free: UInt64s3, window: Floats
+) -> Floats2:
     """[columns, rows] range of the nearest return; 0 also where nothing came back and the way
     through the blind range was not seen to be free.
 
@@ -35,7 +35,7 @@ def heard_of(
 
 @borrowing
 def _note_hidden(
-    told: FloatArray, raster: BeamRaster, sensor: Sensor, free: Voxels, window: FloatArray
+    told: Floats2, raster: BeamRaster, sensor: Sensor, free: UInt64s3, window: Floats
 ) -> None:
     columns, rows = told.shape
     for j in range(columns):
@@ -53,9 +53,7 @@ def _note_hidden(
 
 
 @borrowing
-def _was_free(
-    x: float, y: float, z: float, sensor: Sensor, free: Voxels, window: FloatArray
-) -> bool:
+def _was_free(x: float, y: float, z: float, sensor: Sensor, free: UInt64s3, window: Floats) -> bool:
     """Whether a direction of the sensor's frame was seen to be free through its blind range."""
     r, o = sensor.rotation, sensor.origin
     east = r[0, 0] * x + r[0, 1] * y + r[0, 2] * z

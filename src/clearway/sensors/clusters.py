@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
 SPACINGS_TO_NEIGHBOUR = 2.0
@@ -23,21 +23,21 @@ VOXELS_PER_GAP = 2.0
 class Clusters(NamedTuple):
     """Bodies as one scan shows them, world frame."""
 
-    mean_m: FloatArray
+    mean_m: Floats2
     """[c, 3] mean of the returns: on the near side of the body."""
-    away: FloatArray
+    away: Floats2
     """[c, 3] unit vectors from the sensor through the mean."""
-    half_width_m: FloatArray
+    half_width_m: Floats
     """[c] farthest return from the mean, across the line of sight."""
-    half_thickness_m: FloatArray
+    half_thickness_m: Floats
     """[c] half the width across the line of sight where it is smallest, of an equal disc."""
-    depth_m: FloatArray
+    depth_m: Floats
     """[c] extent along the line of sight."""
-    half_spacing_m: FloatArray
+    half_spacing_m: Floats
     """[c] half the beam spacing there, on average."""
-    start: IntArray
+    start: Ints
     """[c + 1] where the returns of a cluster begin in `points_m`."""
-    points_m: FloatArray
+    points_m: Floats2
     """[n, 3] returns, cluster after cluster."""
 
     def points_of(self, cluster: int) -> FloatArray:
@@ -56,9 +56,7 @@ def cluster_returns(
 
 
 @compiled
-def _clusters(
-    points: FloatArray, half_spacing: FloatArray, origin: FloatArray, gap: float
-) -> Clusters:
+def _clusters(points: Floats2, half_spacing: Floats, origin: Floats, gap: float) -> Clusters:
     voxel_of, voxels = number_voxels(points, gap / VOXELS_PER_GAP)
     means, _ = merge_balls(points, half_spacing, voxel_of, voxels)
     reach = np.zeros(voxels)
@@ -93,7 +91,7 @@ def _clusters(
 
 
 @compiled
-def _connected(places: FloatArray, reach: FloatArray, gap: float) -> IntArray:
+def _connected(places: Floats2, reach: Floats, gap: float) -> Ints:
     """[n] a member that stands for the connected group of each place.
 
     By a sweep along the axis on which the places lie farthest apart.
@@ -126,7 +124,7 @@ def _connected(places: FloatArray, reach: FloatArray, gap: float) -> IntArray:
 
 
 @borrowing
-def _root(parent: IntArray, n: int) -> int:
+def _root(parent: Ints, n: int) -> int:
     while parent[n] != n:
         parent[n] = parent[parent[n]]
         n = parent[n]
@@ -135,7 +133,7 @@ def _root(parent: IntArray, n: int) -> int:
 
 @compiled
 def _measure(
-    points: FloatArray, origin: FloatArray, mean: FloatArray, away: FloatArray
+    points: Floats2, origin: Floats, mean: Floats, away: Floats
 ) -> tuple[float, float, float]:
     """Half width, half thickness and depth of a cluster; fills in its mean and line of sight."""
     for axis in range(3):

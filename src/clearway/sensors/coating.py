@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Bools, Bools2, Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled, inlined, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.rounding import SURELY
-from clearway.base.state import BoolArray, IntArray
+from clearway.base.state import BoolArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
 AT_ONCE = 62
@@ -52,7 +53,7 @@ def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
 
 
 @compiled
-def coated_by(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolArray:
+def coated_by(points: Floats2, radii: Floats, edges: GridEdges) -> Bools:
     """[cells] cells that meet any ball of a radius [m] around a point [m, 3]."""
     columns, rows = len(edges.azimuth_rad) - 1, len(edges.elevation_rad) - 1
     layers = len(edges.range_m) - 1
@@ -70,15 +71,15 @@ def coated_by(points: FloatArray, radii: FloatArray, edges: GridEdges) -> BoolAr
 
 @borrowing
 def _coat(
-    points: FloatArray,
-    radii: FloatArray,
+    points: Floats2,
+    radii: Floats,
     edges: GridEdges,
     first_layer: int,
     last_layer: int,
-    cosines: tuple[FloatArray, FloatArray],
-    sines: tuple[FloatArray, FloatArray],
-    seen_along: tuple[FloatArray, FloatArray],
-    marks: tuple[IntArray, IntArray],
+    cosines: tuple[Floats, Floats],
+    sines: tuple[Floats, Floats],
+    seen_along: tuple[Floats, Floats],
+    marks: tuple[Ints, Ints],
 ) -> None:
     """Mark the cells of some layers, each by a bit. cosines, sines: of azimuth and elevation edges.
     seen_along: [edges] to be filled in, how far a point lies along and to the left of each vertical
@@ -170,7 +171,7 @@ def _coat(
 
 
 @inlined
-def _layers_met(nearest: float, farthest: float, ranges: FloatArray) -> tuple[int, int]:
+def _layers_met(nearest: float, farthest: float, ranges: Floats) -> tuple[int, int]:
     """The first layer that reaches beyond a distance, and the one after the last that begins within
     another."""
     layers = len(ranges) - 1
@@ -183,7 +184,7 @@ def _layers_met(nearest: float, farthest: float, ranges: FloatArray) -> tuple[in
 
 
 @inlined
-def _layers_between(low: float, high: float, first: int, last: int, ranges: FloatArray) -> int:
+def _layers_between(low: float, high: float, first: int, last: int, ranges: Floats) -> int:
     """Those among some layers that a stretch of distances reaches into, each by a bit."""
     found = 0
     for i in range(first, last):
@@ -195,7 +196,7 @@ def _layers_between(low: float, high: float, first: int, last: int, ranges: Floa
 
 
 @inlined
-def _in_all(marks: IntArray) -> int:
+def _in_all(marks: Ints) -> int:
     """What is marked in all."""
     found = -1
     for each in marks:
@@ -204,7 +205,7 @@ def _in_all(marks: IntArray) -> int:
 
 
 @borrowing
-def _note_marked(marked: IntArray, coated: BoolArray) -> None:
+def _note_marked(marked: Ints, coated: Bools2) -> None:
     """Fill in [layers, columns * rows] what is marked."""
     for at in range(len(marked)):
         for layer in range(len(coated)):

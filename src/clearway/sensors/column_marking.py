@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2, Ints, UInt64s, UInt64s3
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
 from clearway.sensors.free_marking import (
@@ -26,25 +24,24 @@ from clearway.sensors.free_marking import (
     _nearest_around,
 )
 from clearway.sensors.passing import Sensor
-from clearway.sensors.seen_space import ONE, WORD, Voxels
+from clearway.sensors.seen_space import ONE, WORD
 
 STEEPEST = 0.1
 """Cosine of the steepest beam that is looked along: steeper ones show the place overhead alone."""
 
 
-@by_leaf
 @compiled
 def mark_columns(
-    free: Voxels,
-    low: IntArray,
+    free: UInt64s3,
+    low: Ints,
     voxel: float,
     raster: BeamRaster,
     field: BeamField,
-    nearest: FloatArray,
+    nearest: Floats2,
     sensor: Sensor,
     reach: float,
     short: float,
-    heights: FloatArray,
+    heights: Floats,
     tilt: float,
 ) -> None:
     """Mark the voxels above and below each place that a beam near to level goes beyond.
@@ -65,17 +62,17 @@ def mark_columns(
 
 @borrowing
 def _mark_columns(
-    free: Voxels,
-    low: IntArray,
+    free: UInt64s3,
+    low: Ints,
     voxel: float,
     field: BeamField,
-    around: FloatArray,
+    around: Floats2,
     sensor: Sensor,
     reach: float,
     short: float,
-    heights: FloatArray,
+    heights: Floats,
     tilt: float,
-    bits: Voxels,
+    bits: UInt64s,
 ) -> None:
     r, o = sensor.rotation, sensor.origin
     first_a, last_a = _ends_along(o[0], reach, voxel)
@@ -124,7 +121,7 @@ def _mark_columns(
 
 @borrowing
 def _goes_beyond(
-    x: float, y: float, sine: float, beyond: float, around: FloatArray, field: BeamField
+    x: float, y: float, sine: float, beyond: float, around: Floats2, field: BeamField
 ) -> bool:
     """Whether beams lie about a direction that some beam has the sine of, and all go on."""
     aside = abs(x) + abs(y)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 from types import MappingProxyType
@@ -11,9 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.by_leaf import by_leaf
 from clearway.base.checks import array_problem, found, number_problem, points_of
-from clearway.base.compiled import sealed
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -23,10 +21,9 @@ from clearway.sensors.lidar import Lidar, Scan
 from clearway.sensors.placing import Ground, layers_within, placed_scan
 from clearway.sensors.return_block import REASONS
 from clearway.sensors.returns import kept_returns
-from clearway.sensors.scan_cells import PlacedScan, detected_in, looked_into, share_of
+from clearway.sensors.scan_cells import PlacedScan, detected_in, share_of
 from clearway.sensors.visibility import surface_probability, visible_behind
 
-_detected_in = by_leaf(detected_in)
 Rule = str
 """How hits become P_OD: a name of RULES."""
 
@@ -87,7 +84,7 @@ class Detection:
         return {"points_m": points_m, "radius_m": radius_m}
 
     def _of_cells(self, placed: PlacedScan) -> dict[str, Any]:
-        found, probability = _detected_in(placed), self.to_probability
+        found, probability = detected_in(placed), self.to_probability
         return {
             "hits": found.hits,
             "probability": found.share
@@ -97,11 +94,6 @@ class Detection:
             "visibility": found.visibility,
             "counts": MappingProxyType(dict(zip(REASONS, found.counts.tolist(), strict=True))),
         }
-
-    @property
-    def scan_at_hand(self) -> PlacedScan | None:
-        """The scan, where all that it says of cells follows from it by (5.41)."""
-        return self.placed if self.to_probability is None else None
 
     def __post_init__(self) -> None:
         cells, columns = (self.grid.cells,), (self.grid.columns * self.grid.rows,)
@@ -139,8 +131,7 @@ class Detection:
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        beams = np.ascontiguousarray(self.beams, dtype=np.int64).view()  # Of one kind, whosever.
-        return looked_into(sealed(beams), self.grid.layers)
+        return np.tile(np.asarray(self.beams) > 0, self.grid.layers)
 
 
 OF_RETURNS = ("points_m", "radius_m")
@@ -178,13 +169,6 @@ def detect(
         if hits_to_probability is _ratio
         else partial(hits_to_probability, area_m2=reference_area_m2),
     )
-
-
-def scan_of(detections: Sequence[Detection], grid: AvoidanceGrid) -> PlacedScan | None:
-    """The scan that all is told by, where there is but one, at hand and sorted into that grid."""
-    if len(detections) != 1 or detections[0].grid is not grid:
-        return None
-    return detections[0].scan_at_hand
 
 
 def detection_of_cells(

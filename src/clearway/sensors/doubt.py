@@ -16,11 +16,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.beam_raster import BLOCK, BeamRaster, sort_into_bins
 from clearway.sensors.passing import REACH_OF_BEAM, Sensor, goes_on, in_sensor
 from clearway.sensors.remembered import ALONE, Boxes, level_at
@@ -51,26 +49,26 @@ class DoubtRule(NamedTuple):
 class _Room(NamedTuple):
     """For a block of boxes."""
 
-    local_m: FloatArray
+    local_m: Floats
     """[3 * BLOCK] middles in the sensor's frame, one after the other."""
-    distance_m: FloatArray
+    distance_m: Floats
     """[BLOCK]"""
-    bins: npt.NDArray[np.int32]
+    bins: Int32s
     """[BLOCK] as `Directions.bin`."""
-    which: IntArray
+    which: Ints
     """[BLOCK] of the block's boxes."""
 
 
 @compiled
 def doubts(
     boxes: Boxes,
-    again: IntArray,
-    nearest: FloatArray,
+    again: Ints,
+    nearest: Floats2,
     sensor: Sensor,
     before: Sensor,
     raster: BeamRaster,
     rule: DoubtRule,
-) -> FloatArray:
+) -> Floats:
     """[n] doubt of each box after a sweep; from 1 on it is cleared.
 
     again: [n] `remembered.seen_again`; what the sweep has hit again is not asked for, but for lone
@@ -91,14 +89,14 @@ def doubts(
 @borrowing
 def _add_doubts(
     boxes: Boxes,
-    again: IntArray,
-    nearest: FloatArray,
+    again: Ints,
+    nearest: Floats2,
     sensor: Sensor,
     before: Sensor,
     raster: BeamRaster,
     rule: DoubtRule,
     room: _Room,
-    doubt: FloatArray,
+    doubt: Floats,
 ) -> None:
     for begin in range(0, len(doubt), BLOCK):
         end = min(begin + BLOCK, len(doubt))
@@ -154,7 +152,7 @@ def _said_against(
     hit: bool,
     room: _Room,
     at: int,
-    nearest: FloatArray,
+    nearest: Floats2,
     sensor: Sensor,
     before: Sensor,
     raster: BeamRaster,

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats2, Ints, UInt8s2, UInt64s3
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
 from clearway.sensors.passing import Sensor
-from clearway.sensors.seen_space import ONE, WORD, Voxels, bits_from
+from clearway.sensors.seen_space import ONE, WORD, bits_from
 
 COLUMNS, ROWS = 256, 128
 """Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
@@ -30,12 +27,12 @@ SURELY = 1e-6
 class BeamField(NamedTuple):
     """Where beams of a pattern lie about a direction, in the bins of its raster."""
 
-    lowest: FloatArray
+    lowest: Floats2
     """[columns, rows] sine below which nobody looks in a bin: -inf where there are beams below it
     as well, and inf where there are none in it."""
-    highest: FloatArray
+    highest: Floats2
     """[columns, rows] likewise above which."""
-    beside: npt.NDArray[np.uint8]
+    beside: UInt8s2
     """[columns, rows] TO_RIGHT, TO_LEFT or both: whether beams lie in the columns beside."""
     per_column: float
     """As of the raster."""
@@ -90,7 +87,7 @@ def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
 
 
 @compiled
-def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
+def _nearest_around(nearest: Floats2, raster: BeamRaster) -> Floats2:
     """[columns, rows] range of the nearest return in a bin and in those around it, as many columns
     as lie within one bin's width there."""
     by_rows, around = nearest.copy(), np.empty(nearest.shape)
@@ -101,12 +98,12 @@ def _nearest_around(nearest: FloatArray, raster: BeamRaster) -> FloatArray:
 
 @borrowing
 def _take_nearest(
-    nearest: FloatArray,
+    nearest: Floats2,
     bottom: float,
     per_row: float,
-    by_rows: FloatArray,
-    windows: IntArray,
-    around: FloatArray,
+    by_rows: Floats2,
+    windows: Ints,
+    around: Floats2,
 ) -> None:
     """Fill in `_nearest_around`, by the nearest of three rows and by columns to either side."""
     columns, rows = nearest.shape
@@ -131,15 +128,14 @@ def _take_nearest(
                 around[j, k] = min(around[j, k], near)
 
 
-@by_leaf
 @compiled
 def mark(
-    free: Voxels,
-    low: IntArray,
+    free: UInt64s3,
+    low: Ints,
     voxel: float,
     raster: BeamRaster,
     field: BeamField,
-    nearest: FloatArray,
+    nearest: Floats2,
     sensor: Sensor,
     reach: float,
     short: float,
@@ -154,11 +150,11 @@ def mark(
 
 @borrowing
 def _mark_passed(
-    free: Voxels,
-    low: IntArray,
+    free: UInt64s3,
+    low: Ints,
     voxel: float,
     field: BeamField,
-    around: FloatArray,
+    around: Floats2,
     sensor: Sensor,
     reach: float,
     short: float,
@@ -289,7 +285,7 @@ def _goes_on(
     z: float,
     distance: float,
     short: float,
-    around: FloatArray,
+    around: Floats2,
     field: BeamField,
 ) -> bool:
     """Whether beams lie about a direction, and all of them go on beyond a distance."""

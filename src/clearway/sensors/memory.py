@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.errors import ClearwayError
@@ -299,8 +300,8 @@ def _averaged(before: float, now: int) -> float:
 
 @compiled
 def _near(
-    positions: FloatArray, radii: FloatArray, center: FloatArray, reach: float
-) -> tuple[FloatArray, FloatArray]:
+    positions: Floats2, radii: Floats, center: Floats, reach: float
+) -> tuple[Floats2, Floats]:
     kept, kept_radii = np.empty((len(positions), 3)), np.empty(len(positions))
     count = _keep_near(positions, radii, center, reach, kept, kept_radii)
     return kept[:count], kept_radii[:count]
@@ -308,12 +309,12 @@ def _near(
 
 @borrowing
 def _keep_near(
-    positions: FloatArray,
-    radii: FloatArray,
-    center: FloatArray,
+    positions: Floats2,
+    radii: Floats,
+    center: Floats,
     reach: float,
-    kept: FloatArray,
-    kept_radii: FloatArray,
+    kept: Floats2,
+    kept_radii: Floats,
 ) -> int:
     """Fill in those within reach of a centre; how many there are."""
     cx, cy, cz = center[0], center[1], center[2]

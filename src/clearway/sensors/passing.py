@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled, sealed
 from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray, State
+from clearway.base.state import State
 from clearway.sensors.beam_raster import BeamRaster, bin_of
 from clearway.sensors.binning import TINY
 from clearway.sensors.lidar import Lidar
@@ -27,11 +28,11 @@ REACH_OF_BEAM = 1.2
 class Sensor(NamedTuple):
     """Pose and limits of the sensor as the loops take them."""
 
-    rotation: FloatArray
+    rotation: Floats2
     """[3, 3] world from sensor."""
-    origin: FloatArray
+    origin: Floats
     """[3] world frame."""
-    body: FloatArray
+    body: Floats
     """[3] body's origin, world frame."""
     min_range: float
     max_range: float
@@ -59,16 +60,16 @@ def sensor_at(lidar: Lidar, state: State, tolerance_m: float) -> Sensor:
 class Placed(NamedTuple):
     """The returns of a sweep that obstacles can have given."""
 
-    points_m: FloatArray
+    points_m: Floats2
     """[m, 3] world frame."""
-    distance_m: FloatArray
+    distance_m: Floats
     """[m] from the sensor."""
-    source: IntArray
+    source: Ints
     """[m] which of the sweep's returns."""
 
 
 @compiled
-def place_returns(points: FloatArray, sensor: Sensor, reach: float, ground: float) -> Placed:
+def place_returns(points: Floats2, sensor: Sensor, reach: float, ground: float) -> Placed:
     """Those within the limits and `reach`, above `ground`, that are not of the airframe."""
     placed, distances = np.empty((len(points), 3)), np.empty(len(points))
     source = np.empty(len(points), dtype=np.int64)
@@ -78,13 +79,13 @@ def place_returns(points: FloatArray, sensor: Sensor, reach: float, ground: floa
 
 @borrowing
 def _place(
-    points: FloatArray,
+    points: Floats2,
     sensor: Sensor,
     reach: float,
     ground: float,
-    placed: FloatArray,
-    distances: FloatArray,
-    source: IntArray,
+    placed: Floats2,
+    distances: Floats,
+    source: Ints,
 ) -> int:
     """Fill in what `place_returns` tells of each; how many there are."""
     r, o, e = sensor.rotation, sensor.origin, sensor.body
@@ -120,12 +121,12 @@ def returns_in_world(
 
 @compiled
 def passed_through(
-    positions: FloatArray,
-    radii: FloatArray,
-    nearest: FloatArray,
+    positions: Floats2,
+    radii: Floats,
+    nearest: Floats2,
     sensor: Sensor,
     raster: BeamRaster,
-) -> BoolArray:
+) -> Bools:
     """[n] whether a sweep shows that nothing is at balls: points [n, 3] with radii [n].
 
     nearest: [columns, rows] `nearest_returns` of the sweep.
@@ -160,7 +161,7 @@ def goes_on(
     z: float,
     distance: float,
     beyond: float,
-    nearest: FloatArray,
+    nearest: Floats2,
     sensor: Sensor,
     raster: BeamRaster,
 ) -> bool:
@@ -183,7 +184,7 @@ def goes_on(
 
 
 @borrowing
-def _passed(column: int, row: int, sine: float, beyond: float, nearest: FloatArray) -> bool:
+def _passed(column: int, row: int, sine: float, beyond: float, nearest: Floats2) -> bool:
     """Whether all beams around a direction go on beyond a range."""
     columns = nearest.shape[0]
     cosine = np.sqrt(max(0.0, 1.0 - sine * sine))

@@ -61,16 +61,6 @@ def placed_scan(
 
 
 @lru_cache(maxsize=16)
-def scan_of_nothing(grid: AvoidanceGrid) -> PlacedScan:
-    """In place of one, where there is none."""
-    nowhere = read_only(np.zeros(3))
-    filters = Filters(read_only(np.eye(3)), nowhere, nowhere, nowhere, *(0.0,) * 5)
-    beams = np.zeros(grid.columns * grid.rows, dtype=np.int64)
-    beams.setflags(write=False)
-    return PlacedScan(nowhere.reshape(1, 3)[:0], filters, cell_tables(grid), beams, 0)
-
-
-@lru_cache(maxsize=16)
 def layers_within(grid: AvoidanceGrid, range_m: float) -> int:
     """Layers that begin within a sensor's range."""
     return int(np.searchsorted(grid.range_edges_m[:-1], range_m * (1.0 - 1e-10)))

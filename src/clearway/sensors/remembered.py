@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.passing import Sensor
 
 ALONE, IN_LINE, BETWEEN = range(3)
@@ -27,23 +26,23 @@ LEVEL_SHIFT = 60
 class Boxes(NamedTuple):
     """Columns of what is remembered, the longest unseen first."""
 
-    low_m: FloatArray
+    low_m: Floats2
     """[n, 3] world frame."""
-    high_m: FloatArray
+    high_m: Floats2
     """[n, 3]"""
-    spacing_m: FloatArray
+    spacing_m: Floats
     """[n] half the beam spacing there when it was last seen."""
-    last_seen_s: FloatArray
+    last_seen_s: Floats
     """[n]"""
-    size_m: FloatArray
+    size_m: Floats
     """[n] how thick the thing is at least; 0 where beams hit it one by one, or in a line."""
-    doubt: FloatArray
+    doubt: Floats
     """[n] what speaks against it since it was last seen; at 1 it is forgotten."""
-    sweeps: IntArray
+    sweeps: Ints
     """[n] sweeps that saw it."""
-    kind: IntArray
+    kind: Ints
     """[n]"""
-    level: IntArray
+    level: Ints
     """[n] times that the pitch of its voxel was doubled."""
 
 
@@ -127,7 +126,7 @@ def first_boxes(boxes: Boxes, count: int) -> Boxes:
 
 
 @compiled
-def doubted(boxes: Boxes, doubt: FloatArray) -> Boxes:
+def doubted(boxes: Boxes, doubt: Floats) -> Boxes:
     """The same with another doubt [n]."""
     return Boxes(
         boxes.low_m,
@@ -157,7 +156,7 @@ def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
 
 
 @compiled
-def picked(boxes: Boxes, keep: BoolArray) -> Boxes:
+def picked(boxes: Boxes, keep: Bools) -> Boxes:
     """Those that are marked [n], in their order."""
     kept = empty_boxes(_count(keep))
     _pick(boxes, keep, kept)
@@ -165,7 +164,7 @@ def picked(boxes: Boxes, keep: BoolArray) -> Boxes:
 
 
 @borrowing
-def _count(marks: BoolArray) -> int:
+def _count(marks: Bools) -> int:
     count = 0
     for n in range(len(marks)):
         count += marks[n]
@@ -173,7 +172,7 @@ def _count(marks: BoolArray) -> int:
 
 
 @borrowing
-def _pick(boxes: Boxes, keep: BoolArray, kept: Boxes) -> None:
+def _pick(boxes: Boxes, keep: Bools, kept: Boxes) -> None:
     m = 0
     for n in range(len(keep)):
         if keep[n]:
@@ -193,7 +192,7 @@ def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
 
 
 @compiled
-def together(old: Boxes, doubt: FloatArray, seen: Boxes, again: IntArray) -> tuple[Boxes, int]:
+def together(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes, int]:
     """Old boxes that doubt leaves, then those seen now, which hold the old ones of their voxels.
 
     Also how many there are of the former. doubt: [old]; again: [old] `seen_again`.
@@ -205,7 +204,7 @@ def together(old: Boxes, doubt: FloatArray, seen: Boxes, again: IntArray) -> tup
 
 @borrowing
 def _put_together(
-    old: Boxes, doubt: FloatArray, seen: Boxes, again: IntArray, both: Boxes
+    old: Boxes, doubt: Floats, seen: Boxes, again: Ints, both: Boxes
 ) -> tuple[int, int]:
     """Fill in `together`: how many are kept of the old ones, and how many there are in all."""
     kept = 0
@@ -226,9 +225,9 @@ def _put_together(
 class Balls(NamedTuple):
     """What decisions take."""
 
-    position_m: FloatArray
+    position_m: Floats2
     """[n, 3] world frame."""
-    radius_m: FloatArray
+    radius_m: Floats
     """[n]"""
 
 
@@ -249,7 +248,7 @@ def balls_of(boxes: Boxes) -> Balls:
 
 
 @compiled
-def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> BoolArray:
+def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> Bools:
     """[n] whether any of the box may lie within reach of the sensor."""
     near = np.empty(len(boxes.doubt), dtype=np.bool_)
     for n in range(len(near)):

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.sensors.binning import BORDER, OUTSIDE, STEPS, TINY, CellTables, cell_at_border
 
 REASONS = ("kept", "outside", "nonfinite", "blind", "beyond", "airframe", "ground")
@@ -33,13 +33,13 @@ StepArray = npt.NDArray[np.int32]
 class Filters(NamedTuple):
     """Pose of the sensor, and what makes a return none of an obstacle."""
 
-    rotation: FloatArray
+    rotation: Floats2
     """[3, 3] grid from sensor."""
-    origin: FloatArray
+    origin: Floats
     """[3] sensor in the grid frame."""
-    body: FloatArray
+    body: Floats
     """[3] body's origin in the grid frame."""
-    up: FloatArray
+    up: Floats
     """[3] normal of the ground in the grid frame."""
     ground: float
     """Returns with up . point at most this are ground."""
@@ -61,22 +61,22 @@ the sensor and from the grid's origin. Not a power of two apart, or they would s
 class Block(NamedTuple):
     """Working memory for BLOCK returns."""
 
-    of: FloatArray
+    of: Floats
     """Columns of numbers in one array, at places that the compiler knows: so it knows that they do
     not overlap, and one loop can fill in several."""
-    layer: StepArray
-    column: StepArray
-    row: StepArray
+    layer: Int32s
+    column: Int32s
+    row: Int32s
     """Steps in the tables."""
-    cell: StepArray
+    cell: Int32s
     """Flat cell, OUTSIDE or more where there is none or the return is dropped."""
-    reason: StepArray
-    source: StepArray
+    reason: Int32s
+    source: Int32s
     """Where those that are kept of a block were in it."""
 
 
 @borrowing
-def take_in(flat: FloatArray, culled: float, block: Block) -> int:
+def take_in(flat: Floats, culled: float, block: Block) -> int:
     """Take in the returns of a block; how many are within a squared range.
 
     flat: [3 * returns] one after the other: only so does the compiler know how far apart they are.
@@ -169,7 +169,7 @@ def sort_out(count: int, filters: Filters, block: Block) -> None:
 
 
 @borrowing
-def cull_beside(count: int, cone: FloatArray, block: Block) -> tuple[int, int, int]:
+def cull_beside(count: int, cone: Floats, block: Block) -> tuple[int, int, int]:
     """Gather those of a block in the cone of `CellTables`, and those too near, unless they are
     most; how many are left, and how many of the others are ground, and beyond the range."""
     inside, reason = block.cell, block.reason
@@ -198,7 +198,7 @@ def cull_beside(count: int, cone: FloatArray, block: Block) -> tuple[int, int, i
 
 
 @borrowing
-def _mark_inside(count: int, cone: FloatArray, block: Block) -> int:
+def _mark_inside(count: int, cone: Floats, block: Block) -> int:
     """Which of a block are in the cone of `CellTables`, or too near; how many."""
     right_x, right_y, left_x, left_y = cone[0], cone[1], cone[2], cone[3]
     low, high = cone[4], cone[5]

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.binning import OUTSIDE, CellTables, exact_column
 from clearway.sensors.return_block import (
     AIRFRAME,
@@ -48,20 +47,20 @@ ROUNDING = 1e-9
 class Binned(NamedTuple):
     """Outcome of the fused pass over one scan."""
 
-    hits: IntArray
+    hits: Ints
     """[cells]"""
-    squared_ranges_m2: FloatArray
+    squared_ranges_m2: Floats
     """[cells] sum over the hits."""
-    hindering: IntArray
+    hindering: Ints
     """[cells] beams that end here: hits and ground."""
-    blocked: IntArray
+    blocked: Ints
     """[columns * rows] beams that end at the own airframe or within the blind range."""
-    counts: IntArray
+    counts: Ints
     """[REASONS]"""
 
 
 @compiled
-def bin_returns(points: FloatArray, filters: Filters, tables: CellTables) -> Binned:
+def bin_returns(points: Floats2, filters: Filters, tables: CellTables) -> Binned:
     """Cull, transform, drop for a reason, bin: one pass over the returns [n, 3] of the sensor
     frame."""
     edges = tables.edges
@@ -114,7 +113,7 @@ def _culled_m(filters: Filters, range_m: float) -> float:
 
 
 @compiled
-def kept_returns(points: FloatArray, filters: Filters) -> tuple[FloatArray, FloatArray]:
+def kept_returns(points: Floats2, filters: Filters) -> tuple[Floats2, Floats]:
     """[kept, 3] grid frame and [kept] half the beam spacing there, of the returns that
     `bin_returns` keeps, also those outside the grid."""
     kept, radius = np.empty((len(points), 3)), np.empty(len(points))
@@ -136,9 +135,9 @@ def _count_dropped(
     filters: Filters,
     tables: CellTables,
     block: Block,
-    ground: IntArray,
-    blocked: IntArray,
-    counts: IntArray,
+    ground: Ints,
+    blocked: Ints,
+    counts: Ints,
 ) -> None:
     """Count the dropped returns of a block: a beam that ended there sees nothing behind."""
     edges, o, of, reason = tables.edges, filters.origin, block.of, block.reason
@@ -156,7 +155,7 @@ def _count_dropped(
 
 
 @borrowing
-def _count_hits(count: int, block: Block, hits: IntArray, squared_ranges: FloatArray) -> None:
+def _count_hits(count: int, block: Block, hits: Ints, squared_ranges: Floats) -> None:
     """Count the returns of a block in their cells."""
     cell, of = block.cell, block.of
     last = len(hits) - 1
@@ -174,9 +173,7 @@ def _count_hits(count: int, block: Block, hits: IntArray, squared_ranges: FloatA
 
 
 @borrowing
-def _keep(
-    count: int, half_spacing: float, block: Block, kept: FloatArray, radius: FloatArray
-) -> int:
+def _keep(count: int, half_spacing: float, block: Block, kept: Floats2, radius: Floats) -> int:
     """Append the kept returns of a block, and how far each stands for its surroundings."""
     of, reason = block.of, block.reason
     m = 0

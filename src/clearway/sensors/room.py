@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.sensors.remembered import (
     Boxes,
     box_key,
@@ -45,7 +45,7 @@ def fits(boxes: Boxes, capacity: int, fine_m: float) -> bool:
 
 @compiled
 def make_room(
-    boxes: Boxes, center: FloatArray, reach: float, capacity: int, voxel: float, fine_m: float
+    boxes: Boxes, center: Floats, reach: float, capacity: int, voxel: float, fine_m: float
 ) -> Room:
     """At most about `capacity` boxes: first the farthest beyond reach go, then the pitch grows.
 
@@ -99,7 +99,7 @@ def _coarse_key(boxes: Boxes, n: int, away: float, fine: float, voxel: float) ->
 
 
 @compiled
-def _coarse_count(boxes: Boxes, away: FloatArray, fine: float, voxel: float) -> int:
+def _coarse_count(boxes: Boxes, away: Floats, fine: float, voxel: float) -> int:
     """How many boxes a distance of fine pitch would leave."""
     bits = table_bits(len(away))
     keys = np.full(1 << bits, -1, dtype=np.int64)
@@ -114,7 +114,7 @@ def _coarse_count(boxes: Boxes, away: FloatArray, fine: float, voxel: float) -> 
 
 
 @compiled
-def _coarsened(boxes: Boxes, away: FloatArray, fine: float, voxel: float) -> Boxes:
+def _coarsened(boxes: Boxes, away: Floats, fine: float, voxel: float) -> Boxes:
     """One box per voxel of the pitch that suits its distance, the longest unseen first."""
     bits = table_bits(len(away))
     shift = 64 - bits

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.binning import CellTables
 from clearway.sensors.return_block import Filters
 from clearway.sensors.returns import bin_returns
@@ -19,11 +18,11 @@ from clearway.sensors.visibility import visible_behind
 class PlacedScan(NamedTuple):
     """The returns of a scan, and all that sorts them into the cells of a grid."""
 
-    points_m: FloatArray
+    points_m: Floats2
     """[n, 3] sensor frame."""
     filters: Filters
     tables: CellTables
-    beams: IntArray
+    beams: Ints
     """[columns * rows] |L| of (5.39)."""
     layers_in_range: int
 
@@ -34,17 +33,17 @@ class PlacedScan(NamedTuple):
 class DetectedCells(NamedTuple):
     """What a scan says of every cell."""
 
-    hits: IntArray
+    hits: Ints
     """[cells] |H| of (5.40)."""
-    squared_ranges_m2: FloatArray
+    squared_ranges_m2: Floats
     """[cells] sum over the hits."""
-    counts: IntArray
+    counts: Ints
     """[REASONS]"""
-    share: FloatArray
+    share: Floats
     """[cells] P_OL (5.41)."""
-    hindrance: FloatArray
+    hindrance: Floats
     """[cells] as of `Detection`."""
-    visibility: FloatArray
+    visibility: Floats
     """[cells] P_V (5.47)."""
 
     def __repr__(self) -> str:
@@ -70,17 +69,7 @@ def detected_in(scan: PlacedScan) -> DetectedCells:
 
 
 @compiled
-def looked_into(beams: IntArray, layers: int) -> BoolArray:
-    """[layers * columns * rows] whether any beam looks into the cell's column."""
-    seen = np.empty(layers * len(beams), dtype=np.bool_)
-    for column in range(len(beams)):
-        for layer in range(layers):
-            seen[layer * len(beams) + column] = beams[column] > 0
-    return seen
-
-
-@compiled
-def share_of(hits: IntArray, beams: IntArray) -> FloatArray:
+def share_of(hits: Ints, beams: Ints) -> Floats:
     """[cells] hits of the column's beams that ended in the cell, within [0, 1]."""
     columns = len(beams)
     share = np.zeros(len(hits))
@@ -93,8 +82,8 @@ def share_of(hits: IntArray, beams: IntArray) -> FloatArray:
 
 @compiled
 def hindrance_of(
-    hindering: IntArray, blocked: IntArray, beams: IntArray, layers_in_range: int
-) -> tuple[FloatArray, FloatArray]:
+    hindering: Ints, blocked: Ints, beams: Ints, layers_in_range: int
+) -> tuple[Floats, Floats]:
     """Hindrance and visibility [cells]; beams that the own airframe stops see no cell at all."""
     hindrance = share_of(hindering, beams)
     start = np.zeros(len(beams))

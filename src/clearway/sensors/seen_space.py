@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, UInt64s3
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
@@ -71,7 +72,7 @@ def packed(free: npt.ArrayLike) -> Voxels:
 
 
 @borrowing
-def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
+def is_free(free: UInt64s3, window: Floats, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball in the world was seen to be free, by all voxels that its box meets.
 
     free, window: of a `SeenSpace`.
@@ -82,7 +83,7 @@ def is_free(free: Voxels, window: FloatArray, x: float, y: float, z: float, radi
 
 
 @borrowing
-def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float) -> bool:
+def is_place_free(free: UInt64s3, window: Floats, x: float, y: float, z: float) -> bool:
     """`is_free` of a ball without a radius, quickly."""
     per_m, columns, rows = window[3], free.shape[0], WORD * free.shape[2]
     a = int(np.floor(x * per_m))
@@ -104,7 +105,7 @@ def is_place_free(free: Voxels, window: FloatArray, x: float, y: float, z: float
 
 
 @borrowing
-def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float) -> bool:
+def is_declared(window: Floats, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
     inside = window[7] - radius
@@ -114,7 +115,7 @@ def is_declared(window: FloatArray, x: float, y: float, z: float, radius: float)
 
 
 @borrowing
-def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -> VoxelBox:
+def box_about(window: Floats, x: float, y: float, z: float, radius: float) -> VoxelBox:
     """Voxels that the box about a ball meets."""
     per_m = window[3]
     return (
@@ -128,7 +129,7 @@ def box_about(window: FloatArray, x: float, y: float, z: float, radius: float) -
 
 
 @borrowing
-def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox) -> bool:
+def is_box_free(free: UInt64s3, window: Floats, box: VoxelBox, known: VoxelBox) -> bool:
     """Whether all voxels of a box were seen to be free; those of another are known to be."""
     a0, a1, b0, b1, c0, c1 = box
     if a0 < window[0] or b0 < window[1] or c0 < window[2]:
@@ -154,7 +155,7 @@ def is_box_free(free: Voxels, window: FloatArray, box: VoxelBox, known: VoxelBox
 
 
 @borrowing
-def is_marked(free: Voxels, a: int, b: int, c: int) -> bool:
+def is_marked(free: UInt64s3, a: int, b: int, c: int) -> bool:
     """Whether the bit of a voxel is set; of one in the window, whether it was seen to be free."""
     columns, at = free.shape[0], c & (WORD * free.shape[2] - 1)
     i, j = np.uint64(a & (columns - 1)), np.uint64(b & (columns - 1))
@@ -169,7 +170,7 @@ def bits_from(at: int, count: int) -> np.uint64:
 
 @borrowing
 def _all_declared(
-    window: FloatArray, a: int, b: int, c: int, at: int, count: int, missing: np.uint64
+    window: Floats, a: int, b: int, c: int, at: int, count: int, missing: np.uint64
 ) -> bool:
     """Whether those of `count` voxels above each other that are missing are declared free."""
     for n in range(count):
@@ -180,7 +181,7 @@ def _all_declared(
 
 
 @borrowing
-def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
+def _declared(window: Floats, a: int, b: int, c: int) -> bool:
     """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
     width = 1.0 / window[3]
     x0, y0, z0 = a * width, b * width, c * width
@@ -196,7 +197,7 @@ def _declared(window: FloatArray, a: int, b: int, c: int) -> bool:
 
 @borrowing
 def _in_box(
-    window: FloatArray, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
+    window: Floats, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
 ) -> bool:
     """Whether a box lies in the one in which a map is declared complete."""
     return bool(

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
@@ -80,7 +81,7 @@ def _meets_nothing(world: World, origin: FloatArray, max_range_m: float) -> bool
 
 
 @compiled
-def _turned(vectors: FloatArray, rotation: FloatArray) -> FloatArray:
+def _turned(vectors: Floats2, rotation: Floats2) -> Floats2:
     """[n, 3] rotation [3, 3] of each of some vectors [n, 3]."""
     turned = np.empty((len(vectors), 3))
     for n in range(len(vectors)):
@@ -92,14 +93,14 @@ def _turned(vectors: FloatArray, rotation: FloatArray) -> FloatArray:
 
 @compiled
 def _returns(
-    directions: FloatArray,
-    ranges: FloatArray,
+    directions: Floats2,
+    ranges: Floats,
     limits: tuple[float, float],
-    noise: FloatArray,
+    noise: Floats,
     sigma: float,
-    luck: FloatArray,
+    luck: Floats,
     dropout: float,
-) -> FloatArray:
+) -> Floats2:
     """Points [returns, 3] of the beams [beams] that come back from a range between two limits.
 
     noise, luck: standard normal and uniform draws of the beams whose range is finite, in order;

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.beam_raster import BeamRaster, directions_of
 from clearway.sensors.doubt import DoubtRule, doubts
 from clearway.sensors.passing import Sensor
@@ -51,10 +49,9 @@ class Swept(NamedTuple):
     borne_out: int
 
 
-@by_leaf
 @compiled
 def swept_by(
-    points: FloatArray,
+    points: Floats2,
     boxes: Boxes,
     balls: Balls,
     sensor: Sensor,
@@ -80,10 +77,10 @@ def swept_by(
 def remembered_after(
     before: Boxes,
     balls: Balls,
-    doubt: FloatArray,
+    doubt: Floats,
     seen: Boxes,
-    again: IntArray,
-    origin: FloatArray,
+    again: Ints,
+    origin: Floats,
     limits: Limits,
 ) -> Swept:
     """What a sweep from a place leaves of what was remembered, and what it adds."""
@@ -101,7 +98,7 @@ def remembered_after(
 
 
 @borrowing
-def _count_cleared(doubt: FloatArray) -> int:
+def _count_cleared(doubt: Floats) -> int:
     count = 0
     for n in range(len(doubt)):
         count += not doubt[n] < 1.0
@@ -109,9 +106,7 @@ def _count_cleared(doubt: FloatArray) -> int:
 
 
 @borrowing
-def _expire(
-    boxes: Boxes, doubt: FloatArray, origin: FloatArray, reach: float, before: float
-) -> None:
+def _expire(boxes: Boxes, doubt: Floats, origin: Floats, reach: float, before: float) -> None:
     """Doubt what is out of reach and was last seen before a time."""
     for n in range(len(doubt)):
         if boxes.last_seen_s[n] >= before:
@@ -126,7 +121,7 @@ def _expire(
 
 
 @borrowing
-def _count_refuted(boxes: Boxes, doubt: FloatArray) -> int:
+def _count_refuted(boxes: Boxes, doubt: Floats) -> int:
     """Boxes that nothing bore out and that are cleared now."""
     count = 0
     for n in range(len(doubt)):

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.remembered import (
     ALONE,
     LEVEL_SHIFT,
@@ -39,19 +38,19 @@ NumberArray = npt.NDArray[np.int32]
 class VoxelNumbers(NamedTuple):
     """Where the box of a voxel is."""
 
-    slots: NumberArray
+    slots: Int32s
     """Of a power of two: numbers of boxes; -1 marks empty ones."""
-    keys: IntArray
+    keys: Ints
     """[boxes] the voxel of each."""
     shift: int
 
 
 @compiled
 def boxes_of_returns(
-    points: FloatArray,
-    radii: FloatArray,
-    sizes: FloatArray,
-    origin: FloatArray,
+    points: Floats2,
+    radii: Floats,
+    sizes: Floats,
+    origin: Floats,
     pitch: Pitch,
     time_s: float,
 ) -> Boxes:
@@ -64,10 +63,10 @@ def boxes_of_returns(
 
 @compiled
 def numbered_boxes(
-    points: FloatArray,
-    radii: FloatArray,
-    sizes: FloatArray,
-    origin: FloatArray,
+    points: Floats2,
+    radii: Floats,
+    sizes: Floats,
+    origin: Floats,
     pitch: Pitch,
     time_s: float,
 ) -> tuple[Boxes, VoxelNumbers]:
@@ -88,7 +87,7 @@ def numbered_boxes(
 
 
 @borrowing
-def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArray) -> None:
+def _keys_of(points: Floats2, origin: Floats, pitch: Pitch, keys: Ints) -> None:
     """Fill in the voxel of each return; without a branch the compiler takes several at a time."""
     voxel, fine, flat = pitch.voxel_m, pitch.fine_m, points.reshape(points.size)
     if not fine < np.inf:
@@ -103,7 +102,7 @@ def _keys_of(points: FloatArray, origin: FloatArray, pitch: Pitch, keys: IntArra
 
 
 @compiled
-def _numbered(keys: IntArray, numbers: NumberArray) -> VoxelNumbers:
+def _numbered(keys: Ints, numbers: Int32s) -> VoxelNumbers:
     """The table of voxels in the order in which they first come; numbers: [m] filled in."""
     own = np.empty(len(keys), dtype=np.int64)
     bits, begin, count = SMALLEST_TABLE, 0, 0
@@ -135,7 +134,7 @@ def _slot_of(key: int, table: VoxelNumbers) -> int:
 
 @borrowing
 def _number(
-    keys: IntArray, begin: int, count: int, table: VoxelNumbers, numbers: NumberArray
+    keys: Ints, begin: int, count: int, table: VoxelNumbers, numbers: Int32s
 ) -> tuple[int, int]:
     """Fill in the numbers of the boxes of voxels from `begin` on, up to where the table is full:
     where that is, and how many boxes there are then."""
@@ -154,9 +153,7 @@ def _number(
 
 
 @borrowing
-def _grow(
-    points: FloatArray, radii: FloatArray, sizes: FloatArray, numbers: NumberArray, boxes: Boxes
-) -> None:
+def _grow(points: Floats2, radii: Floats, sizes: Floats, numbers: Int32s, boxes: Boxes) -> None:
     """Let each box hold its returns."""
     low, high, spacing, size = boxes.low_m, boxes.high_m, boxes.spacing_m, boxes.size_m
     for n in range(len(numbers)):
@@ -170,7 +167,7 @@ def _grow(
 
 
 @compiled
-def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
+def seen_again(old: Boxes, seen: Boxes, voxel: float) -> Ints:
     """[old] number of the box seen now in the same voxel; -1 without any."""
     count = len(seen.doubt)
     keys, bits = np.empty(count, dtype=np.int64), SMALLEST_TABLE
@@ -183,7 +180,7 @@ def seen_again(old: Boxes, seen: Boxes, voxel: float) -> IntArray:
 
 
 @compiled
-def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> IntArray:
+def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> Ints:
     """`seen_again` of boxes whose voxels are in a table."""
     again = np.full(len(old.doubt), -1, dtype=np.int64)
     if len(table.keys) > 0:
@@ -193,13 +190,13 @@ def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> IntArray:
 
 
 @borrowing
-def _keys_of_boxes(boxes: Boxes, voxel: float, keys: IntArray) -> None:
+def _keys_of_boxes(boxes: Boxes, voxel: float, keys: Ints) -> None:
     for n in range(len(keys)):
         keys[n] = key_of(boxes, n, voxel)
 
 
 @borrowing
-def _look_up(table: VoxelNumbers, keys: IntArray) -> None:
+def _look_up(table: VoxelNumbers, keys: Ints) -> None:
     """Write over voxels the numbers of their boxes; -1 where there is none."""
     for n in range(len(keys)):
         keys[n] = table.slots[_slot_of(keys[n], table)]

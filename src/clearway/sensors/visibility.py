@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Ints
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -21,7 +22,7 @@ def visibility(grid: AvoidanceGrid, hindrance: FloatArray, beams: IntArray) -> F
 
 
 @compiled
-def visible_behind(hindrance: FloatArray, start: FloatArray, layers: int) -> FloatArray:
+def visible_behind(hindrance: Floats, start: Floats, layers: int) -> Floats:
     """[cells] what of each row's `start` [columns * rows] is left behind its nearer cells.
 
     Cells of layers from `layers` on lie beyond the sensor's range and are not seen.
@@ -57,12 +58,12 @@ def expected_hits(
 
 @compiled
 def surface_probability(
-    hits: IntArray,
-    squared_ranges: FloatArray,
-    beams: IntArray,
-    solid_angle: FloatArray,
+    hits: Ints,
+    squared_ranges: Floats,
+    beams: Ints,
+    solid_angle: Floats,
     area: float,
-) -> FloatArray:
+) -> Floats:
     """[cells] min(1, hits / expected hits of a reference surface), so that 2.1.1 holds.
 
     With the beam density of the cell's own column, (5.45) expects |L| A_O / (r^2 solid angle)

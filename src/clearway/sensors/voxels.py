@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 
 
 @borrowing
@@ -25,7 +24,7 @@ def first_slot(key: int, shift: int) -> np.uint64:
 
 
 @borrowing
-def slot_of(key: int, keys: IntArray, shift: int) -> int:
+def slot_of(key: int, keys: Ints, shift: int) -> int:
     """Where a key is, or goes, in a hash table of a power of two slots; -1 marks empty ones."""
     mask, slot = np.uint64(len(keys) - 1), first_slot(key, shift)
     while keys[slot] != -1 and keys[slot] != key:
@@ -43,7 +42,7 @@ def table_bits(count: int) -> int:
 
 
 @compiled
-def number_voxels(points: FloatArray, voxel: float) -> tuple[IntArray, int]:
+def number_voxels(points: Floats2, voxel: float) -> tuple[Ints, int]:
     """[m] number of the voxel of each point, in order of appearance, and how many there are."""
     bits = table_bits(len(points))
     keys = np.full(1 << bits, -1, dtype=np.int64)
@@ -66,8 +65,8 @@ def number_voxels(points: FloatArray, voxel: float) -> tuple[IntArray, int]:
 
 @compiled
 def merge_balls(
-    points: FloatArray, radii: FloatArray, voxel_of: IntArray, voxels: int
-) -> tuple[FloatArray, FloatArray]:
+    points: Floats2, radii: Floats, voxel_of: Ints, voxels: int
+) -> tuple[Floats2, Floats]:
     """Mean position and covering radius of the balls of each voxel: [voxels, 3], [voxels]."""
     means, members, covering = np.zeros((voxels, 3)), np.zeros(voxels), np.zeros(voxels)
     for n in range(len(points)):

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2, Int32s, Int32s2, Ints, UInt8s, UInt8s2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
-from clearway.sensors.beam_raster import BinArray, Directions
+from clearway.sensors.beam_raster import Directions
 from clearway.sensors.passing import Sensor, place_returns
 
 BEAMS_ACROSS = 3.0
@@ -26,7 +25,7 @@ ALIKE = 0.1
 
 
 @compiled
-def blocks_of(nearest: FloatArray) -> Known:
+def blocks_of(nearest: Floats2) -> UInt8s2:
     """[columns, rows] 1 where a bin is one of four, two by two, with returns at about the same
     range."""
     blocks = np.zeros(nearest.shape, dtype=np.uint8)
@@ -35,7 +34,7 @@ def blocks_of(nearest: FloatArray) -> Known:
 
 
 @borrowing
-def _mark_blocks(nearest: FloatArray, alike: Known, blocks: Known) -> None:
+def _mark_blocks(nearest: Floats2, alike: UInt8s2, blocks: UInt8s2) -> None:
     """Fill in `blocks_of`. alike: [columns, rows] room for whether the four begin with a bin."""
     columns, rows = nearest.shape
     for c in range(columns):
@@ -52,7 +51,7 @@ def _mark_blocks(nearest: FloatArray, alike: Known, blocks: Known) -> None:
 
 
 @compiled
-def first_known(blocks: Known) -> Known:
+def first_known(blocks: UInt8s2) -> UInt8s2:
     """[columns, rows] what blocks alone tell of each bin: bins of blocks are wide, and what adjoins
     none at any range is narrow."""
     known = np.empty(blocks.shape, dtype=np.uint8)
@@ -61,7 +60,7 @@ def first_known(blocks: Known) -> Known:
 
 
 @borrowing
-def _mark_known(blocks: Known, beside: npt.NDArray[np.uint8], known: Known) -> None:
+def _mark_known(blocks: UInt8s2, beside: UInt8s, known: UInt8s2) -> None:
     """Fill in `first_known`. beside: [rows + 2] room for blocks of three columns."""
     columns, rows = blocks.shape
     for c in range(columns):
@@ -75,7 +74,7 @@ def _mark_known(blocks: Known, beside: npt.NDArray[np.uint8], known: Known) -> N
 
 
 @borrowing
-def _adjoins(nearest: FloatArray, blocks: Known, c: int, r: int) -> bool:
+def _adjoins(nearest: Floats2, blocks: UInt8s2, c: int, r: int) -> bool:
     """Whether a bin next to one that is in no block is in one, at about the same range."""
     columns, rows = nearest.shape
     for a in range(c - 1, c + 2):
@@ -88,7 +87,7 @@ def _adjoins(nearest: FloatArray, blocks: Known, c: int, r: int) -> bool:
 
 @borrowing
 def _is_lone(
-    distance: float, fine: float, per_bin: Counts, nearest: FloatArray, c: int, r: int
+    distance: float, fine: float, per_bin: Int32s2, nearest: Floats2, c: int, r: int
 ) -> bool:
     """Whether a return, near enough to tell, is alone: in its bin, and at its range around it."""
     if distance > fine or per_bin[c, r] != 1:
@@ -106,13 +105,13 @@ def _is_lone(
 class Widths(NamedTuple):
     """What tells how thick things are that a sweep hits."""
 
-    nearest_m: FloatArray
+    nearest_m: Floats2
     """[columns, rows] of its `Directions`."""
-    blocks: Known
+    blocks: UInt8s2
     """[columns, rows] `blocks_of` it."""
-    known: Known
+    known: UInt8s2
     """[columns, rows] `first_known`; what is found out is filled in."""
-    per_bin: Counts
+    per_bin: Int32s2
     """[columns, rows] returns per bin; empty where no lone ones are looked for."""
     half_spacing: float
     fine_m: float
@@ -132,7 +131,7 @@ def widths_of(directions: Directions, half_spacing: float, smallest: float) -> W
 
 
 @borrowing
-def _count(bins: BinArray, counts: Counts) -> None:
+def _count(bins: Int32s, counts: Int32s) -> None:
     for n in range(len(bins)):
         if bins[n] >= 0:
             counts[np.uint32(bins[n])] += 1
@@ -141,11 +140,11 @@ def _count(bins: BinArray, counts: Counts) -> None:
 class Seen(NamedTuple):
     """The returns of one sweep that are remembered, world frame."""
 
-    points_m: FloatArray
+    points_m: Floats2
     """[m, 3]"""
-    radius_m: FloatArray
+    radius_m: Floats
     """[m] half the beam spacing there."""
-    size_m: FloatArray
+    size_m: Floats
     """[m] how thick the thing is at least; 0 where single beams hit it, or a line of them."""
     too_small: int
     """Returns left out: other beams show that what they hit is smaller than anything sought."""
@@ -153,7 +152,7 @@ class Seen(NamedTuple):
 
 @compiled
 def returns_with_size(
-    points: FloatArray,
+    points: Floats2,
     sensor: Sensor,
     reach: float,
     ground: float,
@@ -174,13 +173,13 @@ def returns_with_size(
 
 @borrowing
 def _note_sizes(
-    placed: FloatArray,
-    distances: FloatArray,
-    source: IntArray,
-    bins: BinArray,
+    placed: Floats2,
+    distances: Floats,
+    source: Ints,
+    bins: Int32s,
     widths: Widths,
-    radii: FloatArray,
-    sizes: FloatArray,
+    radii: Floats,
+    sizes: Floats,
 ) -> int:
     """Fill in radii and sizes, and move the placed that are kept to the front; how many.
 

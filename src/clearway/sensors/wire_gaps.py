@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2, Ints, Ints2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.sensors.remembered import BETWEEN, Boxes, box_key, empty_boxes, first_boxes
 from clearway.sensors.voxels import slot_of, table_bits
 
@@ -19,15 +18,15 @@ TAKEN = -2
 class Table(NamedTuple):
     """Where the box of a voxel is."""
 
-    keys: IntArray
+    keys: Ints
     """Of a power of two slots; -1 marks empty ones."""
-    numbers: IntArray
+    numbers: Ints
     shift: int
 
 
 @compiled
 def filled_between(
-    boxes: Boxes, middles: FloatArray, pairs: IntArray, voxel: float, time_s: float
+    boxes: Boxes, middles: Floats2, pairs: Ints2, voxel: float, time_s: float
 ) -> Boxes:
     """The boxes, then one per voxel that none is in between the middles of pairs."""
     known, steps = len(boxes.doubt), 0
@@ -49,9 +48,7 @@ def filled_between(
 
 
 @borrowing
-def _lay_between(
-    middles: FloatArray, pairs: IntArray, voxel: float, places: FloatArray, keys: IntArray
-) -> int:
+def _lay_between(middles: Floats2, pairs: Ints2, voxel: float, places: Floats2, keys: Ints) -> int:
     """Fill in places between the middles of pairs, no more than a voxel apart, and their voxels;
     how many there are."""
     total = 0
@@ -77,10 +74,10 @@ def _lay_between(
 @borrowing
 def _note_taken(
     boxes: Boxes,
-    middles: FloatArray,
+    middles: Floats2,
     voxel: float,
-    places: FloatArray,
-    keys: IntArray,
+    places: Floats2,
+    keys: Ints,
     table: Table,
 ) -> None:
     """Enter the voxels of places into a table, as TAKEN where a box is there already."""
@@ -122,8 +119,8 @@ def _copy_all(boxes: Boxes, every: Boxes) -> None:
 
 @borrowing
 def _put_between(
-    places: FloatArray,
-    keys: IntArray,
+    places: Floats2,
+    keys: Ints,
     known: int,
     voxel: float,
     time_s: float,

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import BoolArray, IntArray
 from clearway.sensors.remembered import BETWEEN, IN_LINE, Boxes, box_key, key_of
 from clearway.sensors.voxels import slot_of, table_bits
 from clearway.sensors.wire_gaps import filled_between
@@ -46,13 +45,13 @@ class ThinBoxes(NamedTuple):
     """Thin boxes sorted by cubes."""
 
     size_m: float
-    order: IntArray
+    order: Ints
     """[thin] their numbers, cube by cube."""
-    middle_m: FloatArray
+    middle_m: Floats2
     """[3, thin] their middles, likewise: those of a cube are looked at one after the other."""
-    start: IntArray
+    start: Ints
     """[slots + 1] where those of a slot begin."""
-    keys: IntArray
+    keys: Ints
     """[slots] which cube is whose."""
     shift: int
 
@@ -115,7 +114,7 @@ def join_lines(
 
 
 @compiled
-def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> ThinBoxes:
+def _by_cell(middles: Floats2, thin: Bools, size: float) -> ThinBoxes:
     total = 0
     for n in range(len(thin)):
         total += thin[n]
@@ -134,9 +133,7 @@ def _by_cell(middles: FloatArray, thin: BoolArray, size: float) -> ThinBoxes:
 
 
 @borrowing
-def _sort_into(
-    middles: FloatArray, thin: BoolArray, cells: ThinBoxes, slots: IntArray, filled: IntArray
-) -> None:
+def _sort_into(middles: Floats2, thin: Bools, cells: ThinBoxes, slots: Ints, filled: Ints) -> None:
     """Fill in cells. slots: [boxes] room for the slot of each; filled: [slots] up to where each
     is."""
     start, keys, order = cells.start, cells.keys, cells.order
@@ -159,7 +156,7 @@ def _sort_into(
 
 
 @borrowing
-def _neighbours(middles: FloatArray, n: int, cells: ThinBoxes, near: IntArray) -> int:
+def _neighbours(middles: Floats2, n: int, cells: ThinBoxes, near: Ints) -> int:
     """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if as
     many as there is room for."""
     count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
@@ -196,7 +193,7 @@ def _to_cell(at: float, step: int, size: float) -> float:
 
 @compiled
 def _line_through(
-    middles: FloatArray, n: int, deviation: float, near: IntArray, about: FloatArray
+    middles: Floats2, n: int, deviation: float, near: Ints, about: Floats2
 ) -> WireLine:
     """The line through a box on which most of those near it [count] lie.
 
@@ -229,9 +226,7 @@ def _line_through(
 
 
 @borrowing
-def _count_on(
-    about: FloatArray, count: int, ax: float, ay: float, az: float, deviation: float
-) -> int:
+def _count_on(about: Floats2, count: int, ax: float, ay: float, az: float, deviation: float) -> int:
     """How many neighbours lie on a line along a direction."""
     on = 0
     for m in range(count):
@@ -242,9 +237,9 @@ def _count_on(
 
 @borrowing
 def _along(
-    about: FloatArray,
+    about: Floats2,
     count: int,
-    near: IntArray,
+    near: Ints,
     ax: float,
     ay: float,
     az: float,

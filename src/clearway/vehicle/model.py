@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled, read_only
 from clearway.base.frames import FloatArray
 
@@ -64,8 +65,8 @@ class PlaneModel:
 
 @compiled
 def plane_advance_each(
-    state: StateTuple, inputs: tuple[float, float, float, float], durations_s: FloatArray
-) -> FloatArray:
+    state: StateTuple, inputs: tuple[float, float, float, float], durations_s: Floats
+) -> Floats2:
     """States [n, 6] after each of some durations [n]: `plane_advance` of each."""
     way = np.empty((len(durations_s), 6))
     for n in range(len(durations_s)):

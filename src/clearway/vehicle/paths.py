@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Floats3
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.vehicle.automaton import MovementAutomaton
@@ -96,8 +97,8 @@ def _by_prediction(automaton: MovementAutomaton, samples: int) -> MovementPaths:
 
 @compiled
 def _plane_paths(
-    inputs: FloatArray, durations: FloatArray, samples: int, roll: float, pitch: float
-) -> FloatArray:
+    inputs: Floats2, durations: Floats, samples: int, roll: float, pitch: float
+) -> Floats3:
     states = np.empty((len(durations), samples, 6))
     start = (0.0, 0.0, 0.0, roll, pitch, 0.0)
     for m in range(len(durations)):

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import BoolArray, IntArray
@@ -195,16 +196,16 @@ def _with_recovery(
 
 @compiled
 def _levels(
-    apart: FloatArray,
-    flies: FloatArray,
-    own: FloatArray,
-    able: FloatArray,
-    shapes: FloatArray,
-    level: IntArray,
-    headings: FloatArray,
-    climbs: FloatArray,
-    speeds: FloatArray,
-) -> tuple[IntArray, IntArray, IntArray]:
+    apart: Floats2,
+    flies: Floats2,
+    own: Floats,
+    able: Floats,
+    shapes: Floats2,
+    level: Ints,
+    headings: Floats,
+    climbs: Floats,
+    speeds: Floats,
+) -> tuple[Ints, Ints, Ints]:
     """Levels of headings, climbs and speeds: the first of the shapes, the worst first, that is
     entered. apart, flies: [intruders, 3] from the vehicle; shapes: [rules, 5]."""
     turn, turn_after, climb_after, gain = able

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Floats3
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.vehicle.performance import Performance
@@ -134,12 +135,12 @@ def _level_ways(
     y0: float,
     course0: float,
     speed0: float,
-    course: FloatArray,
-    speed: FloatArray,
+    course: Floats,
+    speed: Floats,
     across: float,
     along: float,
     delay: float,
-) -> FloatArray:
+) -> Floats3:
     """[n, SECONDS + 1, 2] straight on until the delay is over, then a turn the short way round."""
     ways = np.empty((len(course), SECONDS + 1, 2))
     step = 0.5
@@ -174,13 +175,13 @@ def _level_ways(
 def _height_ways(
     z0: float,
     climb0: float,
-    climb: FloatArray,
-    begins: FloatArray,
+    climb: Floats,
+    begins: Floats,
     wanted: float,
     delay: float,
     floor: float,
     ceiling: float,
-) -> FloatArray:
+) -> Floats2:
     """[n, SECONDS + 1]; the first stops at the height wanted, all at floor and ceiling."""
     ways = np.empty((len(climb), SECONDS + 1))
     low, high = min(floor, z0), max(ceiling, z0)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import SECONDS, Profiles
+from clearway.base.arrays import Floats, Floats2, Floats3, Ints2
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
@@ -110,7 +111,7 @@ def _deviations(kinds: TwoKinds, scale: float, std: float, rate_std: float) -> F
 
 
 @compiled
-def _path(place: FloatArray, velocity: FloatArray, turn_rps: float) -> FloatArray:
+def _path(place: Floats, velocity: Floats, turn_rps: float) -> Floats2:
     """[SECONDS + 1, 3] where it is taken to be: a turn that fades, then straight on."""
     path = np.empty((SECONDS + 1, 3))
     path[0] = place
@@ -128,12 +129,12 @@ def _path(place: FloatArray, velocity: FloatArray, turn_rps: float) -> FloatArra
 
 @compiled
 def _tiers(
-    level: FloatArray,
-    height: FloatArray,
-    path: FloatArray,
-    shapes: FloatArray,
-    tier: IntArray,
-    within: FloatArray,
+    level: Floats3,
+    height: Floats2,
+    path: Floats2,
+    shapes: Floats2,
+    tier: Ints2,
+    within: Floats2,
 ) -> None:
     """Raise `tier`, and set `within`, where another aircraft's volumes are entered."""
     kinds = len(shapes)
@@ -183,13 +184,13 @@ def _tiers(
 
 @compiled
 def _probabilities(
-    level: FloatArray,
-    height: FloatArray,
-    path: FloatArray,
-    shapes: FloatArray,
-    spread: FloatArray,
-    heights: FloatArray,
-    clear: FloatArray,
+    level: Floats3,
+    height: Floats2,
+    path: Floats2,
+    shapes: Floats2,
+    spread: Floats2,
+    heights: Floats2,
+    clear: Floats3,
 ) -> None:
     """Multiply `clear` [volumes, level, climbs] by the chance of staying outside, at the worst
     moment."""

@@ -15,10 +15,11 @@ import numpy as np
 
 from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import MovingHazards, nothing_moving
+from clearway.base.arrays import Floats, Int32s
 from clearway.base.compiled import compiled, plain
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
-from clearway.base.state import BoolArray, IndexArray, IntArray, State
+from clearway.base.state import BoolArray, IntArray, State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.reach.tree import ReachSet
 
@@ -99,8 +100,6 @@ class Rule:
     verdict: RuleFunction
     volumes: tuple[Obstacle, ...] = ()
     """Places that it is about, for pictures."""
-    warm_up: Callable[[RuleView], object] | None = None
-    """Compiles and loads what the verdict runs only where the rule is concerned."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,7 @@ def rule_on(rules: Sequence[Rule], view: RuleView) -> Ruling | None:
 
 
 @compiled
-def worst_on_way(parent: IndexArray, values: FloatArray) -> FloatArray:
+def worst_on_way(parent: Int32s, values: Floats) -> Floats:
     """[nodes] largest of `values` on the way to each node."""
     result = values.copy()
     for n in range(len(parent)):

@@ -14,9 +14,10 @@ import numpy as np
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict, worst_on_way
+from clearway.base.arrays import Floats, Floats3, Int32s
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, wrap_angle
-from clearway.base.state import BoolArray, IndexArray
+from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
 HEAD_ON_RAD = np.radians(20.0)
@@ -86,12 +87,7 @@ def right_of_way() -> Rule:
                 forbidden |= crossings_ahead(view.reach_set, moving) > 0
         return Verdict("; ".join(reasons), forbidden) if reasons else None
 
-    def warm_up(view: RuleView) -> None:
-        one = MovingHazards(np.zeros((1, 3)), np.zeros((1, 3)), *(np.zeros(1) for _ in range(4)))
-        passed_on(view.reach_set, one, _left_of(view))
-        crossings_ahead(view.reach_set, one)
-
-    return Rule("right of way", verdict, warm_up=warm_up)
+    return Rule("right of way", verdict)
 
 
 def encounter_kinds(view: RuleView) -> list[tuple[int, EncounterKind]]:
@@ -155,13 +151,13 @@ def passed_on(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> F
 
 @compiled
 def _passed_on(
-    parent: IndexArray,
-    samples: FloatArray,
-    end_time_s: FloatArray,
-    place: FloatArray,
-    velocity: FloatArray,
-    left: FloatArray,
-) -> FloatArray:
+    parent: Int32s,
+    samples: Floats3,
+    end_time_s: Floats,
+    place: Floats,
+    velocity: Floats,
+    left: Floats,
+) -> Floats:
     nodes, count = samples.shape[0], samples.shape[1]
     nearest2 = np.empty(nodes)
     aside = np.empty(nodes)

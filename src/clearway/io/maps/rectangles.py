@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import MissingExtraError
 from clearway.base.frames import FloatArray
@@ -184,7 +185,7 @@ def _smallest(shapely: ModuleType, piece: Any) -> FloatArray:
 
 
 @compiled
-def _around(hull: FloatArray) -> FloatArray:
+def _around(hull: Floats2) -> Floats2:
     """Corners [4, 2] of the smallest rectangle along a side of a convex ring [n, 2]."""
     corners, least = np.zeros((4, 2)), np.inf
     for side in range(len(hull) - 1):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.hazards import PointHazards
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 
@@ -50,13 +51,13 @@ def histogram_at(
 
 @compiled
 def _free(
-    place: FloatArray,
-    position: FloatArray,
-    radius: FloatArray,
-    directions: FloatArray,
+    place: Floats,
+    position: Floats2,
+    radius: Floats,
+    directions: Floats2,
     spare: float,
     horizon: float,
-) -> FloatArray:
+) -> Floats:
     """[bins] where rays along the directions enter the nearest widened ball."""
     free = np.full(len(directions), horizon)
     for n in range(len(radius)):

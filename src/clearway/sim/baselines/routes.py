@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance.candidates import Commitment, price_candidates
-from clearway.avoidance.goal import Goal, arrival
+from clearway.avoidance.evidence import NOBODY_NEAR, InReach
+from clearway.avoidance.fusion import Evidence, assess_cells
+from clearway.avoidance.goal import Goal
+from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.planner import Planner
 from clearway.avoidance.prepared import PreparedReachSet
+from clearway.avoidance.rated import Rated
 from clearway.avoidance.reach_rating import rate_reach_set
-from clearway.avoidance.situation import Situation, goal_of
+from clearway.avoidance.situation import Situation, goal_of, margin_m
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.live.mission import Mode
@@ -41,15 +45,11 @@ def routes(
     prepared = prepared or planner.prepared_at(situation.state)
     reach_set = prepared.reach_set
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
-    arrived = arrival(reach_set, goal)
-
-    def to_go(nodes: IntArray) -> FloatArray:
-        return planner.terminal_cost(reach_set, nodes, goal, arrived, planner.automaton)
-
-    free = rate_reach_set(reach_set, np.ones(reach_set.grid.cells))
-    everywhere = np.ones(reach_set.nodes, dtype=np.bool_)
-    candidates = price_candidates(
-        prepared, free, everywhere, goal, arrived, to_go, planner.prices, Commitment()
+    free = assess_cells(Evidence.free(reach_set.grid))
+    nothing = InReach(
+        situation.frame, margin_m(planner.settings, situation), Hazards(), NOBODY_NEAR
     )
+    rated = Rated(prepared, nothing, free, rate_reach_set(reach_set, free.rating))
+    candidates = price_candidates(planner, rated, goal, Commitment())
     order = np.argsort(candidates.cost_m, kind="stable")
     return Routes(prepared, goal, candidates.nodes[order], candidates.cost_m[order])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance.situation import Situation
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
 from clearway.live.mission import Mode
@@ -104,17 +105,17 @@ def free_times(
 
 @compiled
 def _free_times(
-    directions: FloatArray,
-    turning_s: FloatArray,
-    turned_m: FloatArray,
+    directions: Floats2,
+    turning_s: Floats,
+    turned_m: Floats2,
     speed: float,
-    position: FloatArray,
-    velocity: FloatArray,
-    radius: FloatArray,
-    growth: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    radius: Floats,
+    growth: Floats,
     spare: float,
     horizon: float,
-) -> FloatArray:
+) -> Floats:
     free = np.full(len(directions), horizon)
     for b in range(len(directions)):
         later = turning_s[b]

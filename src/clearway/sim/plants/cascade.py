@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 from clearway.sim.plants.quadrotor import GRAVITY_MPS2, Airframe, rotation_of, stepped
 
 
@@ -45,13 +45,13 @@ class Led(NamedTuple):
     speed_mps: float
     climb_mps: float
     yaw_rad: float
-    sum_mps: FloatArray
+    sum_mps: Floats
 
 
 @compiled
 def wanted_acceleration(
-    velocity: FloatArray, led: Led, rate_rps: float, ahead_mps2: float, gains: Gains
-) -> FloatArray:
+    velocity: Floats, led: Led, rate_rps: float, ahead_mps2: float, gains: Gains
+) -> Floats:
     """[3] world frame, without gravity; tilt not limited yet."""
     cosine, sine = np.cos(led.yaw_rad), np.sin(led.yaw_rad)
     asked = np.array([led.speed_mps * cosine, led.speed_mps * sine, led.climb_mps])
@@ -68,7 +68,7 @@ def wanted_acceleration(
 @compiled
 def led_on(
     led: Led,
-    velocity: FloatArray,
+    velocity: Floats,
     speed_mps: float,
     climb_mps: float,
     rate_rps: float,
@@ -90,7 +90,7 @@ def led_on(
 
 
 @compiled
-def thrust_wanted(acceleration: FloatArray, gains: Gains) -> FloatArray:
+def thrust_wanted(acceleration: Floats, gains: Gains) -> Floats:
     """[3] thrust per mass, world frame, tilted no more than the limit."""
     up = max(acceleration[2] + GRAVITY_MPS2, 0.2 * GRAVITY_MPS2)
     level = np.sqrt(acceleration[0] ** 2 + acceleration[1] ** 2)
@@ -101,15 +101,15 @@ def thrust_wanted(acceleration: FloatArray, gains: Gains) -> FloatArray:
 
 @compiled
 def rotor_speeds(
-    thrust: FloatArray,
+    thrust: Floats,
     yaw: float,
     rate_rps: float,
-    r: FloatArray,
-    rates: FloatArray,
-    sides: FloatArray,
+    r: Floats2,
+    rates: Floats,
+    sides: Floats2,
     frame: Airframe,
     gains: Gains,
-) -> FloatArray:
+) -> Floats:
     """[4] rotor speeds that turn the body's z along the thrust wanted, and give it."""
     norm = np.sqrt(thrust[0] ** 2 + thrust[1] ** 2 + thrust[2] ** 2)
     z = thrust / norm
@@ -142,18 +142,18 @@ def rotor_speeds(
 
 @compiled
 def fly_held(
-    x: FloatArray,
-    rotors: FloatArray,
+    x: Floats,
+    rotors: Floats,
     led: Led,
     held: tuple[float, float, float],
-    air: FloatArray,
-    noise: FloatArray,
-    sides: FloatArray,
+    air: Floats,
+    noise: Floats,
+    sides: Floats2,
     frame: Airframe,
     gains: Gains,
     steps: int,
     step_s: float,
-) -> tuple[FloatArray, FloatArray, Led]:
+) -> tuple[Floats, Floats, Led]:
     """State, rotors and what leads after steps; held: speed ahead, climb, turn rate.
 
     noise: [9] of velocity, attitude (as an angle about each world axis) and rates.

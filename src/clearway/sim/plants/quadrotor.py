@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 
 GRAVITY_MPS2 = 9.81
 
@@ -55,7 +55,7 @@ SIDES = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0], [-1.0, 
 
 
 @compiled
-def rotation_of(q: FloatArray) -> FloatArray:
+def rotation_of(q: Floats) -> Floats2:
     """[3, 3] world from body, of a unit quaternion w, x, y, z."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     r = np.empty((3, 3))
@@ -72,9 +72,7 @@ def rotation_of(q: FloatArray) -> FloatArray:
 
 
 @compiled
-def derivative(
-    x: FloatArray, rotors: FloatArray, air: FloatArray, sides: FloatArray, frame: Airframe
-) -> FloatArray:
+def derivative(x: Floats, rotors: Floats, air: Floats, sides: Floats2, frame: Airframe) -> Floats:
     """[13] of place, velocity (world), quaternion, rates (body), for rotor speeds [4]."""
     r = rotation_of(x[6:10])
     rates = x[10:13]
@@ -123,14 +121,14 @@ def derivative(
 
 @compiled
 def stepped(
-    x: FloatArray,
-    rotors: FloatArray,
-    asked_rps: FloatArray,
-    air: FloatArray,
-    sides: FloatArray,
+    x: Floats,
+    rotors: Floats,
+    asked_rps: Floats,
+    air: Floats,
+    sides: Floats2,
     frame: Airframe,
     step_s: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Floats, Floats]:
     """State [13] and rotor speeds [4] a short step later; rotors are held at their mean in it."""
     keeps = np.exp(-step_s / frame.motor_lag_s)
     mean = frame.motor_lag_s / step_s * (1.0 - keeps)

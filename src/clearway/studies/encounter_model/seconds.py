@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Ints2, Ints3
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
@@ -70,12 +71,12 @@ def tables_of(model: EncounterModel) -> Tables:
 
 @borrowing
 def stepped(
-    nodes: IntArray,
-    parents: IntArray,
-    cumulative: FloatArray,
-    bins: IntArray,
-    shares: FloatArray,
-    after: IntArray,
+    nodes: Ints2,
+    parents: Ints2,
+    cumulative: Floats,
+    bins: Ints2,
+    shares: Floats,
+    after: Ints2,
 ) -> None:
     """Set `after` [n, variables] to the bins a second on, drawn by shares [nodes * n]."""
     count = len(bins)
@@ -102,16 +103,16 @@ def stepped(
 
 @borrowing
 def flown_on(
-    nodes: IntArray,
-    parents: IntArray,
-    cumulative: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    rates: FloatArray,
-    moving: BoolArray,
-    shares: FloatArray,
-    bins: IntArray,
-    values: FloatArray,
+    nodes: Ints2,
+    parents: Ints2,
+    cumulative: Floats,
+    low: Floats2,
+    high: Floats2,
+    rates: Floats,
+    moving: Bools,
+    shares: Floats2,
+    bins: Ints3,
+    values: Floats3,
 ) -> None:
     """Fill bins and values [seconds + 1, n, variables] from the first second on.
 

@@ -14,11 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.chord_distance import chord_distance
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import IntArray
 from clearway.reach.lattice import LatticePieces, build_lattice
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -33,9 +32,9 @@ PURSUIT_STEP, PURSUIT_STEPS = 0.1, 2000
 class Opponent(NamedTuple):
     """What must not come near: straight flight, or all that bounded acceleration can do to it."""
 
-    position_m: FloatArray
+    position_m: Floats
     """[3] now."""
-    velocity_mps: FloatArray
+    velocity_mps: Floats
     """[3]"""
     acceleration_mps2: float
     """Bound of what it may do across and along its way; 0 flies straight."""
@@ -44,15 +43,15 @@ class Opponent(NamedTuple):
 class SearchFront(NamedTuple):
     """States that sequences of equally many movements lead to."""
 
-    position_m: FloatArray
+    position_m: Floats2
     """[n, 3]"""
-    yaw_rad: FloatArray
+    yaw_rad: Floats
     """[n]"""
-    attitude: IntArray
+    attitude: Ints
     """[n] index into the lattice."""
-    parent: IntArray
+    parent: Ints
     """[n] index into the front before."""
-    movement: IntArray
+    movement: Ints
     """[n] the last movement."""
 
 
@@ -146,7 +145,7 @@ def _sequence(automaton: MovementAutomaton, fronts: list[SearchFront]) -> tuple[
 
 @borrowing
 def _chord_gap(
-    start: FloatArray, end: FloatArray, start_s: float, end_s: float, opponent: Opponent
+    start: Floats, end: Floats, start_s: float, end_s: float, opponent: Opponent
 ) -> float:
     """Least distance from a chord to all that the opponent can be meanwhile, from below.
 
@@ -176,7 +175,7 @@ def _chord_gap(
 
 @compiled
 def _clear_for_good(
-    place: FloatArray, velocity: FloatArray, time_s: float, opponent: Opponent, keep: float
+    place: Floats, velocity: Floats, time_s: float, opponent: Opponent, keep: float
 ) -> bool:
     """Whether straight flight stays clear from here on, however long."""
     p, u = opponent.position_m, opponent.velocity_mps

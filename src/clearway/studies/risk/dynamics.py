@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 
 
 @borrowing
 def advance(
-    state: FloatArray,
+    state: Floats,
     course: float,
     speed: float,
     climb: float,

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.dynamics import advance
@@ -88,13 +88,13 @@ def _heard_s(encounter: ModelEncounter, settings: RiskSettings) -> float:
 
 @borrowing
 def _any_keeps(
-    start: FloatArray,
-    state: FloatArray,
-    other: FloatArray,
-    speeds: FloatArray,
-    climbs: FloatArray,
-    later: FloatArray,
-    limits: FloatArray,
+    start: Floats,
+    state: Floats,
+    other: Floats2,
+    speeds: Floats,
+    climbs: Floats,
+    later: Floats,
+    limits: Floats,
     radius: float,
     half: float,
 ) -> bool:
@@ -124,16 +124,16 @@ def _any_keeps(
 
 @borrowing
 def _keeps(
-    start: FloatArray,
-    state: FloatArray,
-    other: FloatArray,
+    start: Floats,
+    state: Floats,
+    other: Floats2,
     course: float,
     speed: float,
     climb: float,
     switch: int,
     later_course: float,
     later_climb: float,
-    limits: FloatArray,
+    limits: Floats,
     radius: float,
     half: float,
 ) -> bool:

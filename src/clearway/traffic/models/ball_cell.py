@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2, Floats3, Floats4, Ints3
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import IntArray
 from clearway.traffic.models.borders import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
@@ -36,17 +36,17 @@ LEAST_SLIM = 1e-18
 class CellParts(NamedTuple):
     """How each cell is cut into parts; the first index of a table is the number of parts."""
 
-    counts: IntArray
+    counts: Ints3
     """[layers, rows, 3] parts along range, azimuth and elevation."""
-    radial: FloatArray
+    radial: Floats4
     """[2, parts + 1, layers, parts] radius of a part's centre (m), and its share of the layer."""
-    level: FloatArray
+    level: Floats4
     """[2, parts + 1, columns, parts] cosine and sine of a part's azimuth."""
-    upright: FloatArray
+    upright: Floats4
     """[3, parts + 1, rows, parts] cosine and sine of its elevation, and its share of the row."""
-    sizes: FloatArray
+    sizes: Floats3
     """[4, layers, rows] half-widths of a part, and radius of a ball around the cell (m)."""
-    center_m: FloatArray
+    center_m: Floats2
     """[cells, 3] centre of that ball."""
 
 

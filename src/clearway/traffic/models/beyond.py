@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 from clearway.base.rounding import SURELY
 from clearway.traffic.models.borders import AZIMUTH, ELEVATION, RANGE, Borders
 
@@ -31,7 +31,7 @@ def ball_around(borders: Borders) -> tuple[float, float]:
 
 @borrowing
 def passes_by(
-    apex: FloatArray, velocity: FloatArray, tangent: float, middle_m: float, radius_m: float
+    apex: Floats, velocity: Floats, tangent: float, middle_m: float, radius_m: float
 ) -> bool:
     """Whether a cone from an apex [3] along a velocity [3], not 0, surely misses a ball straight
     ahead of the origin. tangent: of half its angle, where it is widest."""

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.ball_cell import (
@@ -90,12 +90,12 @@ def body_cells(
 
 @compiled
 def _bodies(
-    position: FloatArray,
-    velocity: FloatArray,
-    radius: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    radius: Floats,
     search: Search,
     parts: CellParts,
-    volume: FloatArray,
+    volume: Floats,
     borders: Borders,
     edges: GridEdges,
     arrays: ModelArrays,

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2, Ints2
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, RANGE_TOLERANCE, AvoidanceGrid
-from clearway.base.state import IntArray
 
 # Rows of `Borders.table` and of `times` and `places` of the pieces: compiled functions pass a few
 # wide arrays several times faster than many narrow ones.
@@ -22,7 +21,7 @@ CELL, LAYER, COLUMN, ROW = range(4)
 class Borders(NamedTuple):
     """A grid's borders as the traversal takes them."""
 
-    table: FloatArray
+    table: Floats2
     """[7, n] edges of range (m), azimuth and elevation (rad), and their cosines and sines."""
     layers: int
     columns: int
@@ -36,10 +35,10 @@ class Borders(NamedTuple):
 class TraversalPieces(NamedTuple):
     """Scratch for one traversal, and its result."""
 
-    times: FloatArray
+    times: Floats2
     """[5, n] entry and leave of each piece (s); then where the layer, the column and the row
     change, ascending, as lengths from the point closest to the origin (m)."""
-    places: IntArray
+    places: Ints2
     """[4, n] cell of each piece; then the layer, the column and the row from such a change on,
     -1 outside the grid."""
 

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 
@@ -17,10 +18,10 @@ Accuracy = Literal["fast", "fine", "reference"]
 class ModelArrays(NamedTuple):
     """One model for n intruders as compiled loops fill it; all arrays are [n, cells]."""
 
-    probability: FloatArray
-    entry_s: FloatArray
-    leave_s: FloatArray
-    dwell_s: FloatArray
+    probability: Floats2
+    entry_s: Floats2
+    leave_s: Floats2
+    dwell_s: Floats2
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, inlined
-from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -66,9 +66,7 @@ def _half_planes(borders: Borders) -> int:
 
 
 @borrowing
-def _cut_by_plane(
-    told: FloatArray, cosine: float, sine: float, many: int, cuts: FloatArray
-) -> None:
+def _cut_by_plane(told: Floats2, cosine: float, sine: float, many: int, cuts: Floats) -> None:
     """Crossed leftwards by lines that turn left, or rightwards by those that turn right: the other
     half of the same plane is crossed the other way."""
     for n in range(many):
@@ -105,9 +103,7 @@ def column_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces
 
 
 @inlined
-def _in_order(
-    planes: FloatArray, n: int, left: bool, borders: Borders, out: TraversalPieces
-) -> int:
+def _in_order(planes: Floats2, n: int, left: bool, borders: Borders, out: TraversalPieces) -> int:
     """No branch asks which planes are crossed: what is not to be listed is written over."""
     times, places, columns = out.times, out.places, borders.columns
     edges = _half_planes(borders)
@@ -143,7 +139,7 @@ def _sort(count: int, out: TraversalPieces) -> None:
 
 
 @borrowing
-def _cuts_through_axis(told: FloatArray, n: int, borders: Borders, out: TraversalPieces) -> int:
+def _cuts_through_axis(told: Floats2, n: int, borders: Borders, out: TraversalPieces) -> int:
     """A line in one vertical plane with the z axis: the azimuth turns round where it meets it."""
     cx, cy, ux, uy = told[NEAR_X, n], told[NEAR_Y, n], told[ALONG_X, n], told[ALONG_Y, n]
     start, end = told[START, n], told[END, n]

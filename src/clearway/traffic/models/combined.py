@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Bools, Floats, Floats2
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
@@ -168,9 +169,7 @@ def may_meet(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> BoolArray:
 
 
 @compiled
-def _may_meet(
-    position: FloatArray, velocity: FloatArray, spread: FloatArray, range_m: float
-) -> BoolArray:
+def _may_meet(position: Floats2, velocity: Floats2, spread: Floats2, range_m: float) -> Bools:
     met = np.ones(len(position), dtype=np.bool_)
     for n in range(len(position)):
         x, y, z = position[n, 0], position[n, 1], position[n, 2]
@@ -194,7 +193,7 @@ def combine_intruders(each: FloatArray) -> FloatArray:
 
 
 @compiled
-def _combined(each: FloatArray) -> FloatArray:
+def _combined(each: Floats2) -> Floats:
     missed = np.ones(each.shape[1])
     for n in range(len(each)):
         for cell in range(each.shape[1]):

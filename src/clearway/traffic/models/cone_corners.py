@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
 from clearway.traffic.models.borders import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
@@ -25,18 +24,16 @@ INSIDE = 16
 class Corners(NamedTuple):
     """Corners of all cells in the order of their edges, [layer][column][row], and scratch."""
 
-    place_m: FloatArray
+    place_m: Floats2
     """[3, corners]"""
-    arrival_s: FloatArray
+    arrival_s: Floats2
     """[3, corners] time of arrival there, and deviations, as `arrival_at`."""
-    side: IntArray
+    side: Ints
     """[corners] in bits: inside the cone, or beyond which of four planes about it."""
 
 
 @compiled
-def cone_of(
-    apex: FloatArray, along: FloatArray, level: FloatArray, across: FloatArray
-) -> FloatArray:
+def cone_of(apex: Floats, along: Floats, level: Floats, across: Floats) -> Floats2:
     """A cone [3, 4]: rows that give time of arrival, level and across deviation of (x, y, z, 1).
 
     along: unit vector over the speed; level, across: unit vectors over the growth of the semi-axes
@@ -50,7 +47,7 @@ def cone_of(
 
 
 @borrowing
-def arrival_at(x: float, y: float, z: float, cone: FloatArray) -> tuple[float, float, float]:
+def arrival_at(x: float, y: float, z: float, cone: Floats2) -> tuple[float, float, float]:
     """Time of arrival at a point and its deviations, level and across, all in seconds."""
     return (
         x * cone[0, 0] + y * cone[0, 1] + z * cone[0, 2] + cone[0, 3],
@@ -83,7 +80,7 @@ def corners_of(borders: Borders) -> Corners:
 
 
 @borrowing
-def arrive(cone: FloatArray, corners: Corners) -> None:
+def arrive(cone: Floats2, corners: Corners) -> None:
     """Fill in when a cone arrives at each corner and on which side of it that lies; no branch
     asks, so that the machine takes several at a time."""
     place, arrival, side = corners

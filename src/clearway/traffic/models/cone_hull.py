@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import borrowing, inlined
-from clearway.base.frames import FloatArray
 from clearway.base.grid import interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -30,7 +30,7 @@ from clearway.traffic.models.cone_corners import INSIDE, Corners, arrival_at, ar
 
 @inlined
 def _arrival_on_edge(
-    place: tuple[int, int, int], along: int, part: float, cone: FloatArray, borders: Borders
+    place: tuple[int, int, int], along: int, part: float, cone: Floats2, borders: Borders
 ) -> tuple[float, float, float]:
     """As `arrival_at`, at a part of the edge that runs along an axis of the grid from a corner."""
     i, j, k = place
@@ -56,7 +56,7 @@ def _widen(
     place: tuple[int, int, int],
     borderline: tuple[bool, bool, bool],
     borders: Borders,
-    times: FloatArray,
+    times: Floats2,
 ) -> None:
     """Widen the met cells around a point inside the cone.
 
@@ -77,7 +77,7 @@ def _widen(
 
 @borrowing
 def widen_by_edges(
-    cone: FloatArray, borders: Borders, corners: Corners, tolerance: float, times: FloatArray
+    cone: Floats2, borders: Borders, corners: Corners, tolerance: float, times: Floats2
 ) -> None:
     """Widen times [cells, ENTRY and LEAVE] by corners in the cone and edges that it cuts.
 
@@ -104,9 +104,7 @@ def widen_by_edges(
 
 
 @borrowing
-def _met_box(
-    borders: Borders, times: FloatArray
-) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+def _met_box(borders: Borders, times: Floats2) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     """Lowest and highest edge of layer, column and row around all met cells."""
     low_i, low_j, low_k = borders.layers, borders.columns, borders.rows
     high_i = high_j = high_k = -1
@@ -127,11 +125,11 @@ def _widen_edge(
     place: tuple[int, int, int],
     ends: tuple[int, int],
     along: int,
-    cone: FloatArray,
+    cone: Floats2,
     borders: Borders,
     corners: Corners,
     tolerance: float,
-    times: FloatArray,
+    times: Floats2,
 ) -> None:
     """Widen by where the cone's surface cuts one edge: once, or twice if both ends are outside.
 
@@ -171,10 +169,10 @@ def _widen_by_cut(
     inner: float,
     outer: float,
     guess: float,
-    cone: FloatArray,
+    cone: Floats2,
     borders: Borders,
     tolerance: float,
-    times: FloatArray,
+    times: Floats2,
 ) -> None:
     """Widen by when the cone arrives where an edge leaves it between an inner and an outer part.
 
@@ -196,7 +194,7 @@ def _widen_by_cut(
 
 
 @borrowing
-def widen_by_turns(cone: FloatArray, borders: Borders, times: FloatArray) -> None:
+def widen_by_turns(cone: Floats2, borders: Borders, times: Floats2) -> None:
     """Widen times by where the time of arrival turns on an edge or on a sphere."""
     table = borders.table
     azimuths = table[AZIMUTH, : borders.columns + 1]
@@ -230,9 +228,9 @@ def _widen_turn(
     direction: tuple[float, float],
     place: tuple[int, int],
     borderline: tuple[bool, bool],
-    cone: FloatArray,
+    cone: Floats2,
     borders: Borders,
-    times: FloatArray,
+    times: Floats2,
 ) -> None:
     """Widen by the points at an azimuth and elevation on every sphere."""
     azimuth, elevation = direction

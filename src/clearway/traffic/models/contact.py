@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import borrowing
-from clearway.base.frames import FloatArray
 from clearway.traffic.models.ball_cell import cell_distance
 from clearway.traffic.models.borders import Borders
 
@@ -31,7 +31,7 @@ class Ball(NamedTuple):
 
 
 @borrowing
-def window(ball: Ball, center: FloatArray, cell: int, bound: float) -> tuple[float, float]:
+def window(ball: Ball, center: Floats2, cell: int, bound: float) -> tuple[float, float]:
     """Lengths between which the ball may touch a cell, by the ball around that; empty if none."""
     x, y, z = center[cell, 0] - ball.x, center[cell, 1] - ball.y, center[cell, 2] - ball.z
     ahead = x * ball.ux + y * ball.uy + z * ball.uz

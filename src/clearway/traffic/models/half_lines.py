@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import borrowing, compiled, inlined
-from clearway.base.frames import FloatArray
 from clearway.traffic.models.borders import RANGE, Borders
 
 BUNCH = 64
@@ -36,15 +36,15 @@ NEAR, NEAR_SINE, FIRST_FROM, FIRST_TO, THEN_FROM, THEN_TO, MIDDLE_SINE, MIDDLE_R
 class HalfLines(NamedTuple):
     """Room for a bunch, and where its lines cross the borders between cells."""
 
-    told: FloatArray
+    told: Floats2
     """[33, BUNCH] as above."""
-    planes: FloatArray
+    planes: Floats2
     """[columns + 1, BUNCH] length at which each azimuth is crossed; inf where it is not."""
-    first: FloatArray
+    first: Floats2
     """[rows + 1, BUNCH] likewise each elevation, before the line's own turns."""
-    then: FloatArray
+    then: Floats2
     """[rows + 1, BUNCH] after that."""
-    spheres: FloatArray
+    spheres: Floats2
     """[layers, BUNCH] half the chord inside each range but the last; inf where it is not truly
     entered."""
 

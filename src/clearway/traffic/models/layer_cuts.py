@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, inlined
-from clearway.base.frames import FloatArray
 from clearway.traffic.models.borders import LAYER, LAYER_CUT, RANGE, Borders, TraversalPieces
 from clearway.traffic.models.half_lines import NEAR2, HalfLines
 
@@ -23,9 +23,7 @@ def cut_by_spheres(lines: HalfLines, many: int, borders: Borders) -> None:
 
 
 @borrowing
-def _cut_by_sphere(
-    told: FloatArray, radius: float, tolerance: float, many: int, cuts: FloatArray
-) -> None:
+def _cut_by_sphere(told: Floats2, radius: float, tolerance: float, many: int, cuts: Floats) -> None:
     for n in range(many):
         depth2 = radius * radius - told[NEAR2, n]
         cuts[n] = np.sqrt(depth2) if depth2 > 2.0 * radius * tolerance else np.inf
@@ -33,7 +31,7 @@ def _cut_by_sphere(
 
 @inlined
 def layer_cuts(
-    spheres: FloatArray, n: int, start: float, end: float, borders: Borders, out: TraversalPieces
+    spheres: Floats2, n: int, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:
     """List the cuts of one line in order: inwards to the innermost sphere that is truly entered,
     then outwards."""

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.borders import (
@@ -50,11 +49,10 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
     return ModelCells(*arrays)
 
 
-@by_leaf
 @compiled
 def _lines(
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
     borders: Borders,
     edges: GridEdges,
     arrays: ModelArrays,
@@ -74,8 +72,8 @@ def _lines(
 @borrowing
 def follow_line(
     n: int,
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats,
+    velocity: Floats,
     borders: Borders,
     edges: GridEdges,
     lines: HalfLines,
@@ -98,8 +96,8 @@ def follow_line(
 def _follow(
     n: int,
     m: int,
-    position: FloatArray,
-    velocity: FloatArray,
+    position: Floats,
+    velocity: Floats,
     borders: Borders,
     edges: GridEdges,
     lines: HalfLines,

@@ -9,6 +9,7 @@ from typing import overload
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
 from clearway.base.compiled import borrowing, compiled, read_only, sealed
 from clearway.base.frames import FloatArray
@@ -155,9 +156,7 @@ NOBODY = _rows([], 3), _rows([], 3), _rows([], 2), _rows([], 6)
 
 
 @compiled
-def _motions(
-    position: FloatArray, velocity: FloatArray, least_mps: float
-) -> tuple[FloatArray, FloatArray]:
+def _motions(position: Floats2, velocity: Floats2, least_mps: float) -> tuple[Floats2, Floats2]:
     """Positions, and velocities of what is not slower than the least."""
     moving = velocity.copy()
     for n in range(len(velocity)):
@@ -168,13 +167,13 @@ def _motions(
 
 @compiled
 def _seen(
-    position: FloatArray,
-    velocity: FloatArray,
-    numbers: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    numbers: Floats2,
     time_s: float,
-    origin: FloatArray,
-    world_from_body: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    origin: Floats,
+    world_from_body: Floats2,
+) -> tuple[Floats2, Floats2, Floats2]:
     """Places [n, 3] at a time and velocities [n, 3], seen from a body, and numbers [n, 6] then."""
     place, turned = np.empty((len(numbers), 3)), np.empty((len(numbers), 3))
     then = numbers.copy()
@@ -196,14 +195,14 @@ def _seen(
 
 @compiled
 def _balls(
-    told_mps: FloatArray,
-    seen_mps: FloatArray,
-    widens: FloatArray,
-    numbers: FloatArray,
+    told_mps: Floats2,
+    seen_mps: Floats2,
+    widens: Floats,
+    numbers: Floats2,
     time_s: float,
     sigmas: float,
     horizon_s: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Floats, Floats]:
     """Radii and growths [n], as of `Intruders.balls`."""
     radius, growth = np.empty(len(numbers)), np.empty(len(numbers))
     for n in range(len(numbers)):
@@ -219,6 +218,6 @@ def _balls(
 
 
 @borrowing
-def _speed(velocity: FloatArray, n: int) -> float:
+def _speed(velocity: Floats2, n: int) -> float:
     vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
     return float(np.sqrt(vx * vx + vy * vy + vz * vz))

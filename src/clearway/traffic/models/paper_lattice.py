@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -62,16 +63,16 @@ def lattice_cells(
 
 @compiled
 def _lattices(
-    position: FloatArray,
-    velocity: FloatArray,
-    sine: FloatArray,
-    up: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    sine: Floats2,
+    up: Floats,
     spacing: float,
     edges: GridEdges,
-    vehicle_entry_s: FloatArray,
-    vehicle_leave_s: FloatArray,
+    vehicle_entry_s: Floats,
+    vehicle_leave_s: Floats,
     arrays: ModelArrays,
-    share: FloatArray,
+    share: Floats2,
 ) -> None:
     for n in range(len(position)):
         if not np.any(velocity[n]):
@@ -107,14 +108,14 @@ def _lattices(
 
 @compiled
 def _plane(
-    apex: FloatArray,
-    axes: tuple[FloatArray, FloatArray, FloatArray],
+    apex: Floats,
+    axes: tuple[Floats, Floats, Floats],
     distance: float,
-    sine: FloatArray,
+    sine: Floats,
     spacing: float,
     edges: GridEdges,
     cells: int,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Floats, Floats]:
     """Probability (5.30) and number of lattice points in each cell for one ellipse.
 
     (5.26), (5.28), (5.29); the points in a cell, plane after plane, are (5.32).

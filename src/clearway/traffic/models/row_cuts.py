@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, inlined
-from clearway.base.frames import FloatArray
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     ELEVATION,
@@ -81,7 +81,7 @@ def cut_by_cones(lines: HalfLines, many: int, borders: Borders) -> None:
 
 @borrowing
 def _cut_by_cone(
-    told: FloatArray, sine: float, slack: float, many: int, first: FloatArray, then: FloatArray
+    told: Floats2, sine: float, slack: float, many: int, first: Floats, then: Floats
 ) -> None:
     # Touched but not crossed: the top of the great circle is within the tolerance.
     touched = 2.0 * abs(sine) * BORDER_TOLERANCE
@@ -126,7 +126,7 @@ def row_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -
 
 
 @borrowing
-def _middle_row(told: FloatArray, n: int, borders: Borders) -> int:
+def _middle_row(told: Floats2, n: int, borders: Borders) -> int:
     """Row of the middle of a line that crosses no cone, by the grid's own rule."""
     middle = 0.5 * (told[START, n] + told[END, n])
     height = told[NEAR_Z, n] + middle * told[ALONG_Z, n]
@@ -136,7 +136,7 @@ def _middle_row(told: FloatArray, n: int, borders: Borders) -> int:
 
 @inlined
 def _in_order(
-    cuts: FloatArray, n: int, rising: bool, count: int, borders: Borders, out: TraversalPieces
+    cuts: Floats2, n: int, rising: bool, count: int, borders: Borders, out: TraversalPieces
 ) -> int:
     """After `count` of them. No branch asks which cones are crossed: what is not to be listed is
     written over."""

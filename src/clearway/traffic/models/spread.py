@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.by_leaf import by_leaf
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled, inlined
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
@@ -60,13 +60,13 @@ class DiscNodes(NamedTuple):
     Those of the ring carry no weight but find when cells are met.
     """
 
-    wide: FloatArray
+    wide: Floats
     """[nodes] place along the cone's wider spread."""
-    narrow: FloatArray
+    narrow: Floats
     """[nodes] along the other."""
-    wide_height: FloatArray
+    wide_height: Floats
     """[nodes] height of the normal of (5.20) along the wider spread."""
-    narrow_height: FloatArray
+    narrow_height: Floats
     """[nodes] likewise along the other."""
     inner: int
     """The first so many are spread evenly inside; the others stand on the ring."""
@@ -132,7 +132,7 @@ def spread_cells(
 
 
 @compiled
-def cone_axes(velocity: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def cone_axes(velocity: Floats, up: Floats) -> tuple[Floats, Floats, Floats]:
     """Unit vectors along the velocity, level across it, and normal to both (5.15).
 
     Where the velocity is vertical the level one falls back to the grid's y, then to its x.
@@ -148,19 +148,18 @@ def cone_axes(velocity: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatAr
     return along, level, np.cross(along, level)
 
 
-@by_leaf
 @compiled
 def _spreads(
-    position: FloatArray,
-    velocity: FloatArray,
-    sine: FloatArray,
-    up: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    sine: Floats2,
+    up: Floats,
     nodes: DiscNodes,
     tolerance: float,
     borders: Borders,
     edges: GridEdges,
     arrays: ModelArrays,
-    meeting: FloatArray,
+    meeting: Floats2,
 ) -> None:
     lines, pieces = room_for_lines(borders), scratch(borders)
     # The last row takes what is in no cell.
@@ -207,7 +206,7 @@ def _spreads(
 
 
 @compiled
-def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> FloatArray:
+def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> Floats:
     """Probability of each inner node by (5.20): the mean of (5.18) and (5.19), normed as (5.21)."""
     weights = np.zeros(len(nodes.wide))
     for m in range(nodes.inner):
@@ -222,16 +221,16 @@ def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> FloatArr
 
 @borrowing
 def _trace_rays(
-    apex: FloatArray,
-    velocity: FloatArray,
-    wide: FloatArray,
-    narrow: FloatArray,
-    weights: FloatArray,
+    apex: Floats,
+    velocity: Floats,
+    wide: Floats,
+    narrow: Floats,
+    weights: Floats,
     nodes: DiscNodes,
     borders: Borders,
     lines: HalfLines,
     pieces: TraversalPieces,
-    sums: FloatArray,
+    sums: Floats2,
 ) -> None:
     """Sum the rays' times in each cell, and find the hull of their entries and leaves."""
     told = lines.told
@@ -256,7 +255,7 @@ def _sum_up(
     borders: Borders,
     lines: HalfLines,
     pieces: TraversalPieces,
-    sums: FloatArray,
+    sums: Floats2,
 ) -> None:
     """Of one ray, which is in a place of a bunch."""
     passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
@@ -276,7 +275,7 @@ def _sum_up(
 
 
 @borrowing
-def _average(n: int, sums: FloatArray, arrays: ModelArrays, meeting: FloatArray) -> None:
+def _average(n: int, sums: Floats2, arrays: ModelArrays, meeting: Floats2) -> None:
     """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
     for cell in range(len(sums) - 1):
         if sums[cell, MEETING] > 0.0:

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.arrays import Floats, Floats3, Ints
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -113,14 +114,14 @@ def _between_samples(reach_set: TimedTree) -> FloatArray:
 
 @compiled
 def _reach_set_times(
-    parent: npt.NDArray[np.int64],
-    end_time_s: FloatArray,
-    samples: FloatArray,
-    cell_start: npt.NDArray[np.int64],
-    cell_index: npt.NDArray[np.int64],
+    parent: Ints,
+    end_time_s: Floats,
+    samples: Floats3,
+    cell_start: Ints,
+    cell_index: Ints,
     borders: Borders,
-    entry: FloatArray,
-    leave: FloatArray,
+    entry: Floats,
+    leave: Floats,
 ) -> None:
     lines, pieces = room_for_lines(borders), scratch(borders)
     met = np.full(len(entry), -1)

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import borrowing, compiled
-from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.borders import (
@@ -71,9 +71,9 @@ def tube_cells(
 
 @compiled
 def _tubes(
-    position: FloatArray,
-    velocity: FloatArray,
-    radius: FloatArray,
+    position: Floats2,
+    velocity: Floats2,
+    radius: Floats,
     nodes: DiscNodes,
     borders: Borders,
     edges: GridEdges,
@@ -119,10 +119,10 @@ def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) ->
 @borrowing
 def _follow_paths(
     n: int,
-    position: FloatArray,
-    velocity: FloatArray,
-    level: FloatArray,
-    across: FloatArray,
+    position: Floats,
+    velocity: Floats,
+    level: Floats,
+    across: Floats,
     radius: float,
     nodes: DiscNodes,
     borders: Borders,
@@ -150,8 +150,8 @@ def _follow_paths(
 @borrowing
 def _follow_corners(
     n: int,
-    position: FloatArray,
-    along: FloatArray,
+    position: Floats,
+    along: Floats,
     speed: float,
     radius: float,
     borders: Borders,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import Floats
 from clearway.base.compiled import borrowing
 from clearway.base.frames import FloatArray
 from clearway.traffic.surveillance.heard import HeardOf
@@ -125,21 +126,21 @@ _NONE_MPS = np.zeros(3)
 
 @borrowing
 def _followed(
-    before: FloatArray,
-    before_level: FloatArray,
-    before_height: FloatArray,
+    before: Floats,
+    before_level: Floats,
+    before_height: Floats,
     turn_rps: float,
     elapsed: float,
-    told_m: FloatArray,
-    told_mps: FloatArray,
+    told_m: Floats,
+    told_mps: Floats,
     with_rate: bool,
     place_std: float,
     height_std: float,
     rate_std: float,
     climb_std: float,
-    mean: FloatArray,
-    level: FloatArray,
-    height: FloatArray,
+    mean: Floats,
+    level: Floats,
+    height: Floats,
 ) -> float:
     """Set mean, level and height to those after a report; the turn rate."""
     for axis in range(3):
@@ -173,7 +174,7 @@ def _followed(
 
 
 @borrowing
-def _grown(spread: FloatArray, elapsed: float, push: float) -> tuple[float, float, float]:
+def _grown(spread: Floats, elapsed: float, push: float) -> tuple[float, float, float]:
     place, both, rate = spread[0], spread[1], spread[2]
     return (
         place + 2.0 * elapsed * both + elapsed**2 * rate + 0.25 * push**2 * elapsed**4,

@@ -1,7 +1,6 @@
-"""An ordinary decision, in one compiled call, is what its steps alone come to."""
+"""The one path of a decision: order, tiers, and a user's own parts at their place."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -10,21 +9,19 @@ from hypothesis import strategies as st
 
 from clearway.avoidance.candidates import Candidates, Commitment, Side, log_ratings
 from clearway.avoidance.costs import curved_distance_to_go
-from clearway.avoidance.cycle import assessed
 from clearway.avoidance.decide import decide
-from clearway.avoidance.evidence import Sources
-from clearway.avoidance.fusion import Evidence, assess_cells, total
+from clearway.avoidance.fusion import Evidence
+from clearway.avoidance.goal import Goal, arrival
 from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import PassedCells, rate_reach_set, untouched
 from clearway.avoidance.tiers import NO_LOITER as LAST
 from clearway.avoidance.tiers import NodeRatings, in_order, picked
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach.tree import ReachSet
-from clearway.sensors import Scan, coated_cells, detect
+from clearway.sensors import Scan, detect
 from first_clear import RoomPrice, first_clear
 from situations_for_tests import Draws, situation
 from worlds_for_tests import GRID, LIBRARY, LIDAR, planner
@@ -35,17 +32,6 @@ PREPARED = PreparedReachSet.of(
 
 REACH_SET: ReachSet = PREPARED.reach_set
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def sources(rng: np.random.Generator) -> Sources:
-    """Every cell with its own share of everything; most without anything."""
-
-    def shares() -> np.ndarray:
-        return rng.uniform(0.0, 1.0, GRID.cells) * (rng.uniform(size=GRID.cells) < 0.3)
-
-    detected, hidden = shares(), shares()
-    marks = rng.uniform(size=(2, GRID.cells)) < 0.1
-    return Sources(detected, 1.0 - hidden, ~marks[0], shares(), shares(), marks[1])
 
 
 def around(rng: np.random.Generator) -> Hazards:
@@ -62,30 +48,6 @@ def around(rng: np.random.Generator) -> Hazards:
             np.ones(1),
         ),
     )
-
-
-@given(SEEDS, st.sampled_from([0.0, 0.5, 1.0]), st.integers(0, 30))
-@settings(max_examples=30, deadline=None)
-def test_what_is_known_is_rated_as_step_by_step(seed: int, unknown: float, returns: int) -> None:
-    rng = np.random.default_rng(seed)
-    told, margin_m = sources(rng), float(rng.uniform(0.1, 1.5))
-    points = PointHazards(
-        rng.uniform([0, -6, -5], [11, 6, 5], (returns, 3)), rng.uniform(0.0, 0.3, returns)
-    )
-    passed = PassedCells.of(REACH_SET)
-    found = assessed(told, points, margin_m, GRID.edges, unknown, 1.0, passed)
-    coated = coated_cells(GRID, points.position_m, points.radius_m + margin_m)
-    coated |= told.coated_by_map
-    cells = assess_cells(told.evidence(GRID, coated), total, unknown, 1.0)
-    reach = rate_reach_set(REACH_SET, cells.rating)
-    alone = (
-        cells.rating,
-        reach.node_rating,
-        reach.feasibility,
-        untouched(REACH_SET, coated),
-    )
-    for name, one, other in zip(found._fields, found, alone, strict=True):
-        np.testing.assert_array_equal(one, other, err_msg=name)
 
 
 def candidates(rng: np.random.Generator) -> Candidates:
@@ -169,31 +131,32 @@ def test_the_pick_is_the_first_of_the_first_tier_that_has_one(
 
 
 def own_total(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> np.ndarray:
-    return total(evidence, obstacle, unknown)
+    """The rating `total`, as a user may write it."""
+    del obstacle
+    seen_free = np.maximum(evidence.visibility - evidence.detected, 0.0)
+    hidden_free = (1.0 - evidence.visibility) * (1.0 - evidence.map_base) * (1.0 - unknown)
+    return (1.0 - evidence.intruder) * (seen_free + hidden_free)
 
 
 def own_cost(*asked: object) -> np.ndarray:
     return curved_distance_to_go(*asked)  # type: ignore[arg-type]
 
 
-IN_ONE, WITH_WAYS_OUT = planner(escape="off"), planner()
-BY_OWN_RATING = replace(IN_ONE, rating=own_total)
-BY_OWN_COST = replace(IN_ONE, terminal_cost=own_cost)
-BY_BOTH = replace(BY_OWN_RATING, terminal_cost=own_cost)
+WITHOUT_WAYS_OUT, WITH_WAYS_OUT = planner(escape="off"), planner()
 SIDES = st.sampled_from(list(Side))
 
 
 @given(SEEDS, SIDES)
 @settings(max_examples=40, deadline=None)
 def test_own_parts_that_say_the_same_decide_the_same(seed: int, side: Side) -> None:
-    """Whatever is the user's own is asked step by step, by the same loops."""
+    """A user's own rating and cost are called at their place, on the way of every decision."""
     before = Commitment(side, "Left" if seed % 2 else "")
     moment = situation(Draws(seed, 0.0), GRID, LIDAR)
-    for one in (IN_ONE, WITH_WAYS_OUT):
+    for one in (WITHOUT_WAYS_OUT, WITH_WAYS_OUT):
         expected = decide(one, moment, before)
-        for own in (BY_OWN_RATING, BY_OWN_COST, BY_BOTH):
-            with_own = replace(one, rating=own.rating, terminal_cost=own.terminal_cost)
-            decision = decide(with_own, moment, before)
+        by_cost = replace(one, terminal_cost=own_cost)
+        for own in (replace(one, rating=own_total), by_cost, replace(by_cost, rating=own_total)):
+            decision = decide(own, moment, before)
             assert decision.movements == expected.movements
             choice, wanted = decision.choice, expected.choice
             for name in (
@@ -218,25 +181,27 @@ def test_own_parts_that_say_the_same_decide_the_same(seed: int, side: Side) -> N
             np.testing.assert_array_equal(decision.reach.reachability, expected.reach.reachability)
 
 
-def test_a_goal_that_nothing_leads_to_is_not_measured_but_costs_the_same() -> None:
-    """Just within and just beyond what paths reach, in one call and step by step."""
-    moment = situation(Draws(7, 0.0), GRID, LIDAR)
-    for away_m in np.linspace(8.0, 14.0, 13):
-        nearby = replace(
-            moment,
-            target_m=moment.state.position_m + moment.state.world_from_body[:, 0] * away_m,
-            next_m=None,
-        )
-        one, other = decide(IN_ONE, nearby).choice, decide(BY_OWN_COST, nearby).choice
-        assert (one.node, one.cost_m) == (other.node, other.cost_m)
+@given(SEEDS, st.floats(0.1, 3.0))
+@settings(max_examples=60, deadline=None)
+def test_a_goal_beyond_all_paths_is_reached_by_none_whether_measured_or_not(
+    seed: int, radius_m: float
+) -> None:
+    direction = np.random.default_rng(seed).normal(size=3)
+    for away_m in np.linspace(0.5, 1.5, 11) * (PREPARED.reach_m + radius_m):
+        target_m = direction * (away_m / np.linalg.norm(direction))
+        goal = Goal(target_m, target_m, radius_m, final=True)
+        one, other = arrival(REACH_SET, goal, PREPARED.reach_m), arrival(REACH_SET, goal)
+        np.testing.assert_array_equal(one.reached, other.reached)
+        np.testing.assert_array_equal(one.first, other.first)
+        np.testing.assert_array_equal(one.miss_m, other.miss_m)
 
 
-def test_costs_that_are_no_numbers_are_refused_in_one_call_too() -> None:
-    pitch_rad, prepared = IN_ONE.prepared_sets[0]
+def test_costs_that_are_no_numbers_are_refused() -> None:
+    pitch_rad, prepared = WITHOUT_WAYS_OUT.prepared_sets[0]
     spoilt = replace(prepared, path_cost_m=np.full(prepared.reach_set.nodes, np.nan))
     with pytest.raises(ClearwayError, match="cost no finite number"):
         decide(
-            replace(IN_ONE, prepared_sets=((pitch_rad, spoilt),)),
+            replace(WITHOUT_WAYS_OUT, prepared_sets=((pitch_rad, spoilt),)),
             situation(Draws(1, 0.0), GRID, LIDAR),
         )
 
@@ -250,8 +215,8 @@ def test_logarithms_of_ratings_are_those_of_numpy() -> None:
 
 @given(SEEDS, st.integers(0, 200))
 @settings(max_examples=40, deadline=None)
-def test_a_scan_at_hand_decides_as_what_it_says_of_the_cells(seed: int, returns: int) -> None:
-    """Sorted into cells within the one call, or before it."""
+def test_a_scan_decides_as_what_it_says_of_the_cells(seed: int, returns: int) -> None:
+    """Sorted into cells when the decision asks, or stated before."""
     rng = np.random.default_rng(seed)
     points = rng.normal(0.0, 5.0, (returns, 3))
     points[rng.uniform(size=returns) < 0.02] = np.nan
@@ -259,8 +224,9 @@ def test_a_scan_at_hand_decides_as_what_it_says_of_the_cells(seed: int, returns:
     told = detect(GRID, LIDAR, Scan(points, 5.0, LIDAR.name), grid_from_body=turned)
     moment = situation(Draws(seed, 0.0), GRID, LIDAR)
     placed, spelt_out = replace(moment, detections=[told]), replace(told, hits=told.hits)
-    assert (told.scan_at_hand is None, spelt_out.scan_at_hand is None) == (False, True)
-    one, other = (decide(IN_ONE, replace(placed, detections=[d])) for d in (told, spelt_out))
+    one, other = (
+        decide(WITHOUT_WAYS_OUT, replace(placed, detections=[d])) for d in (told, spelt_out)
+    )
     assert (one.choice.node, one.choice.cost_m) == (other.choice.node, other.choice.cost_m)
     assert one.choice.rating == other.choice.rating
     for name in ("detected", "visibility", "seen", "coated"):
@@ -274,17 +240,29 @@ def test_what_is_told_otherwise_than_the_scan_says_counts() -> None:
     told = detect(GRID, LIDAR, Scan(np.array([[5.0, 0.0, 0.0]]), 5.0, LIDAR.name))
     changed = replace(told, probability=np.ones(GRID.cells))
     moment = replace(situation(Draws(3, 0.0), GRID, LIDAR), detections=[changed])
-    np.testing.assert_array_equal(decide(IN_ONE, moment).cells.evidence.detected, 1.0)
+    np.testing.assert_array_equal(decide(WITHOUT_WAYS_OUT, moment).cells.evidence.detected, 1.0)
 
 
-def test_only_the_cost_to_go_that_is_given_is_made_part_of_one_call() -> None:
-    prices = IN_ONE.settings.prices
-    for cost, is_part in (
-        (curved_distance_to_go, True),
-        (partial(curved_distance_to_go), True),
-        (partial(curved_distance_to_go, prices=prices), True),
-        (partial(curved_distance_to_go, automaton=IN_ONE.automaton), False),
-        (own_cost, False),
-    ):
-        able = replace(IN_ONE, terminal_cost=cost).turns_and_climbs
-        assert (able is not None) is is_part
+def test_a_rating_compiled_by_numba_decides_as_the_same_in_numpy() -> None:
+    numba = pytest.importorskip("numba")
+
+    @numba.njit
+    def shares(visibility: np.ndarray, obstacle: np.ndarray) -> np.ndarray:
+        rated = np.empty(len(obstacle))
+        for cell in range(len(obstacle)):
+            rated[cell] = visibility[cell] * (1.0 - obstacle[cell])
+        return rated
+
+    def compiled(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> np.ndarray:
+        return shares(evidence.visibility, obstacle) * (1.0 - unknown)
+
+    def plain(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> np.ndarray:
+        return evidence.visibility * (1.0 - obstacle) * (1.0 - unknown)
+
+    for seed in range(5):
+        moment = situation(Draws(seed, 0.0), GRID, LIDAR)
+        one, other = (
+            decide(replace(WITHOUT_WAYS_OUT, rating=rating), moment) for rating in (compiled, plain)
+        )
+        assert (one.choice.node, one.choice.cost_m) == (other.choice.node, other.choice.cost_m)
+        np.testing.assert_array_equal(one.cells.rating, other.cells.rating)

@@ -1,0 +1,86 @@
+"""The file of the compiled core, and why it may be of no use."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from clearway.base.errors import ClearwayError
+
+BASE = Path(__file__).parent
+CORE = "_core.abi3.so"
+STAMP = "_core.stamp"
+MACHINES = {3: "x86", 40: "arm", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
+"""Processors by the number that stands in the head of such a file."""
+MACHINE_AT = slice(18, 20)
+"""Where in the head it stands."""
+REBUILD = "Type `make core` in the checkout"
+AS_PYTHON = "set CLEARWAY_CORE=python to run the source as it stands"
+REINSTALL = "Type `pip install --force-reinstall clearway`"
+
+
+class CoreError(ClearwayError):
+    """The compiled core cannot be used; says why and what to type."""
+
+
+def compiled_loop(name: str) -> Any:
+    """Return a loop of the core by its module and name; raises CoreError where it has none such."""
+    loop = getattr(load_core(), name, None)
+    if loop is None:
+        raise CoreError(f"{name} is not in the compiled core. {REBUILD}, or {AS_PYTHON}.")
+    return loop
+
+
+@cache
+def load_core(base: Path = BASE) -> Any:
+    """Return the compiled core; raises CoreError if it is absent, stale or of another machine."""
+    changed = changed_sources(base / STAMP, base.parent.parent)
+    if changed:
+        more = f" and {len(changed) - 1} more" if changed[1:] else ""
+        raise CoreError(
+            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than the "
+            f"source shows. {REBUILD}, or {AS_PYTHON}."
+        )
+    try:
+        return import_module("clearway.base._core")
+    except ImportError as cause:
+        raise CoreError(why_unusable(base / CORE, cause)) from cause
+
+
+def changed_sources(stamp: Path, source: Path) -> list[str]:
+    """Return the files that differ from what the core was made of; none where there is no stamp.
+
+    Only an editable install has a stamp. A file is read only where its time of change differs.
+    """
+    try:
+        lines = stamp.read_text().splitlines()
+    except OSError:
+        return []
+    changed = []
+    for line in lines:
+        digest, changed_ns, name = line.split(" ", 2)
+        path = f"{source}/{name}"
+        try:
+            same = os.stat(path).st_mtime_ns == int(changed_ns)
+            if not same and hashlib.sha256(Path(path).read_bytes()).hexdigest() != digest:
+                changed.append(name)
+        except OSError:
+            changed.append(name)
+    return changed
+
+
+def why_unusable(core: Path, cause: ImportError) -> str:
+    """Say why a core cannot be loaded, and what to type."""
+    if not core.is_file():
+        return f"the compiled core is absent ({core}). {REBUILD}, else: {REINSTALL}."
+    with core.open("rb") as file:
+        head = file.read(MACHINE_AT.stop)
+    built_for = MACHINES.get(int.from_bytes(head[MACHINE_AT], "little"), "another machine")
+    if built_for != platform.machine():
+        return f"{core} is built for {built_for}, this is {platform.machine()}. {REINSTALL}."
+    return f"{core} cannot be loaded: {cause}. {REBUILD}, else: {REINSTALL}."

@@ -1,0 +1,139 @@
+"""The core compiled: object files of what has not changed are kept, the rest side by side."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway_build.compiler import STANDARD, Compiler, find_compiler
+from clearway_build.errors import BuildError
+from clearway_build.headers import Headers, find_headers
+from clearway_build.target import Target
+from clearway_build.translate import NotTranslatableError, write_sources
+
+CORE = "_core.abi3.so"
+FOLDED = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p log2 log10 pow hypot"
+"""What a compiler computes ahead with roundings of its own, if it may: left to the C library."""
+FLAGS = (
+    *(STANDARD, "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden"),
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fwrapv"),
+    *("-Werror=float-conversion", "-Werror=sign-compare"),
+    *(f"-fno-builtin-{name}" for name in (*FOLDED.split(), "erf", "erfc", "fmod", "cbrt")),
+)
+FLAVOURS = {
+    "fast": ("-O2", "-DNDEBUG"),
+    "checked": ("-O1", "-g", "-DCLEARWAY_CHECKED"),
+    "sanitized": ("-O1", "-g", "-DCLEARWAY_CHECKED", "-fsanitize=address,undefined"),
+}
+"""What a core can be built for: flights, runs with every index checked, runs under sanitizers."""
+ONE_COMPILER_BYTES = 600e6
+"""What one compiler takes at its worst, with a reserve."""
+SHOWN_LINES = 12
+"""Lines of a compiler's complaint that are shown."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A core, and in one line how it came about."""
+
+    path: Path
+    report: str
+
+
+def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> Built:
+    """Translate the kernels of a checkout, compile what has changed, and link the core.
+
+    Everything is written into `build/core` of the checkout. Raises BuildError.
+    """
+    began = time.perf_counter()
+    headers, compiler = find_headers(), find_compiler(target)
+    work = root / "build" / "core"
+    try:
+        sources = write_sources(root / "src", work / "source")
+    except NotTranslatableError as cause:
+        raise BuildError(
+            f"{cause}\nOnly the subset of Python in docs/core.md is translated."
+        ) from cause
+    folder = work / f"{target.folder}-{flavour}"
+    folder.mkdir(parents=True, exist_ok=True)
+    flags = (*FLAGS, *FLAVOURS[flavour])
+    shared = _shared(compiler, headers, flags, sources)
+    objects = {
+        folder / f"{source.stem}-{_digest(shared, source.read_bytes())}.o": source
+        for source in sources
+    }
+    wanted = {one: source for one, source in objects.items() if not one.is_file()}
+    includes = [part for place in headers.folders for part in ("-isystem", str(place))]
+
+    def compiled(item: tuple[Path, Path]) -> None:
+        made, source = item
+        options = [*flags, *includes, "-c", str(source), "-o"]
+        _run(compiler, options, made, f"{source.name} cannot be compiled")
+
+    with ThreadPoolExecutor(_side_by_side()) as pool:
+        list(pool.map(compiled, wanted.items()))
+    core = folder / CORE
+    if wanted or not core.is_file() or core.stat().st_mtime < _newest(objects):
+        link = ["-shared", *FLAVOURS[flavour], *map(str, objects)]
+        strip = ["-Wl,-s"] if flavour == "fast" else []
+        _run(compiler, [*link, *strip, "-o"], core, "the core cannot be linked")
+    for stale in set(folder.glob("*.o")) - set(objects):
+        stale.unlink()
+    took = time.perf_counter() - began
+    return Built(
+        core,
+        f"core: {len(wanted)} of {len(objects)} parts compiled in {took:.1f} s, {compiler.version}",
+    )
+
+
+def _shared(
+    compiler: Compiler, headers: Headers, flags: Sequence[str], sources: Sequence[Path]
+) -> bytes:
+    """What every object file depends on."""
+    places = {headers.folders[0], *(source.parent for source in sources)}
+    texts = [path.read_bytes() for place in sorted(places) for path in sorted(place.glob("*.hpp"))]
+    told = " ".join((*compiler.command, compiler.version, headers.versions, *flags))
+    return _digest(told.encode(), *texts).encode()
+
+
+def _digest(*parts: bytes) -> str:
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(len(part).to_bytes(8, "little") + part)
+    return found.hexdigest()[:16]
+
+
+def _newest(files: Sequence[Path] | dict[Path, Path]) -> float:
+    return max(one.stat().st_mtime for one in files)
+
+
+def _run(compiler: Compiler, options: Sequence[str], made: Path, problem: str) -> None:
+    """One call of the compiler, whose result stands there whole or not at all."""
+    half = made.with_name(f"{os.getpid()}-{made.name}")
+    try:
+        ended = subprocess.run(
+            [*compiler.command, *options, str(half)], capture_output=True, text=True
+        )
+        if ended.returncode == 0 and half.is_file():
+            half.replace(made)
+            return
+    except OSError as cause:
+        raise BuildError(f"{problem}: {compiler.command[0]} cannot be run: {cause}") from cause
+    finally:
+        half.unlink(missing_ok=True)
+    said = ended.stderr.strip().splitlines() or [f"it ended with {ended.returncode}"]
+    killed = "\nIt was killed: is there enough memory?" if ended.returncode < 0 else ""
+    raise BuildError(f"{problem} by {compiler.version}:\n" + "\n".join(said[:SHOWN_LINES]) + killed)
+
+
+def _side_by_side() -> int:
+    """How many compilers run at once: a core each, as far as memory goes."""
+    cores = len(os.sched_getaffinity(0))
+    free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return max(1, min(cores, int(free / ONE_COMPILER_BYTES)))

@@ -1,0 +1,44 @@
+"""Headers that the core is compiled with: Python's and numpy's, which are the same for 64-bit ARM."""
+
+from __future__ import annotations
+
+import sysconfig
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway_build.errors import BuildError
+
+OWN = Path(__file__).parent / "include"
+
+
+@dataclass(frozen=True)
+class Headers:
+    """Folders of headers, and the versions of what they describe."""
+
+    folders: tuple[Path, ...]
+    versions: str
+
+
+def find_headers() -> Headers:
+    """Return the folders of headers; raises BuildError with what is absent and what to type."""
+    python = Path(sysconfig.get_path("include"))
+    version = sysconfig.get_python_version()
+    if not (python / "Python.h").is_file():
+        raise BuildError(
+            f"{python / 'Python.h'} is absent: the headers of Python {version} are needed to build "
+            f"clearway.\nType `sudo apt install python{version}-dev`."
+        )
+    try:
+        import numpy as np
+    except ImportError as cause:
+        raise BuildError(
+            f"numpy cannot be loaded, whose headers are needed: {cause}\nType `pip install numpy`."
+        ) from cause
+    if np.lib.NumpyVersion(np.__version__) < "2.0.0":
+        raise BuildError(
+            f"numpy {np.__version__}: its headers would make a core for that numpy alone.\n"
+            "Type `pip install 'numpy>=2'`."
+        )
+    return Headers(
+        (OWN, python, Path(np.get_include())), f"python {version} numpy {np.__version__}"
+    )
