@@ -18,8 +18,6 @@ IS_ROOT = os.geteuid() == 0
 @pytest.fixture(autouse=True)
 def forgetful() -> None:
     is_own.cache_clear()
-    folders.read_folders.cache_clear()
-    folders.written_folder.cache_clear()
 
 
 def test_a_folder_of_ones_own_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
