@@ -14,10 +14,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.scenes import SHAPES, chamber, mixed_shapes, scattered, street
+from benchmarks.scenes import AS_FLOWN, SHAPES, chamber, mixed_shapes, scattered, street
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
-from benchmarks.turn_rows import AS_FLOWN, with_beams
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, DataLimits
 from clearway.missions.mission_file import read_mission_file
@@ -41,7 +40,11 @@ def static_mission(
     """Section 6.4, with another rating, scanner or way out if so wished."""
     file = read_mission_file(MISSION).changed("rating", name=rating)
     file = file.changed("safety", escape=escape)
-    return prepare(with_beams(file, beams_per_cell))
+    if beams_per_cell is not None:
+        (lidar,) = file.lidar
+        other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
+        file = file.model_copy(update={"lidar": (other,)})
+    return prepare(file)
 
 
 def with_seed(setup: FlightSetup, seed: int) -> FlightSetup:

@@ -53,8 +53,8 @@ class BallFlight:
         setup = static_mission()
         world, mission = ball_world(self.seed)
         settings = SimulationSettings(seed=self.seed, scan_latency_s=self.latency_s)
-        system = AvoidanceSystem(setup.planner, mission, setup.lidars)
-        return outcome_of(simulate(system, world, setup.lidars, settings))
+        system = AvoidanceSystem(setup.planner, mission, lidars=setup.lidars)
+        return outcome_of(simulate(system, world, lidars=setup.lidars, settings=settings))
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,9 +37,9 @@ class Size:
         automaton = MovementAutomaton.plane(
             turn_step_deg=self.turn_step_deg, diagonals=self.movements == 9
         )
-        build_reach_set(automaton, grid, method, **METHODS[method])
+        build_reach_set(automaton, grid, method=method, **METHODS[method])
         began = time.perf_counter()
-        built = build_reach_set(automaton, grid, method, **METHODS[method])
+        built = build_reach_set(automaton, grid, method=method, **METHODS[method])
         return built, time.perf_counter() - began
 
 

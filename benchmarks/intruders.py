@@ -25,7 +25,11 @@ COUNT = 32
 def paper_intruders() -> list[Intruder]:
     """The intruder of 6.3, so many times: it crosses the whole grid."""
     spread = np.array([np.pi / 12, np.pi / 16])
-    return [Intruder(np.array([6.0, 8.0, 0.0]), np.array([0.0, -1.0, 0.0]), spread, 2.0)] * COUNT
+    return [
+        Intruder(
+            np.array([6.0, 8.0, 0.0]), np.array([0.0, -1.0, 0.0]), spread_rad=spread, radius_m=2.0
+        )
+    ] * COUNT
 
 
 def random_intruders() -> list[Intruder]:
@@ -40,7 +44,7 @@ def at_random(count: int) -> list[Intruder]:
         through = rng.uniform([1, -3, -2], [9, 3, 2])
         velocity = rng.normal(size=3)
         spread = rng.uniform(0.05, 0.4, 2)
-        found.append(Intruder(through - 6.0 * velocity, velocity, spread, 1.0))
+        found.append(Intruder(through - 6.0 * velocity, velocity, spread_rad=spread, radius_m=1.0))
     return found
 
 
@@ -48,7 +52,7 @@ def leaving_intruders() -> list[Intruder]:
     """Half a kilometre away and on their way out: none can come near."""
     away, spread = np.array([20.0, 0.0, 0.0]), np.array([0.2, 0.2])
     return [
-        Intruder(np.array([500.0, 20.0 * number, 3.0]), away, spread, radius_m=1.0)
+        Intruder(np.array([500.0, 20.0 * number, 3.0]), away, spread_rad=spread, radius_m=1.0)
         for number in range(COUNT)
     ]
 
@@ -84,7 +88,7 @@ def decision(
 
     def measure(quick: bool) -> Row:
         start = State(np.zeros(3))
-        mission = Mission("benchmark", start, np.array([[100.0, 0.0, 0.0]]))
+        mission = Mission("benchmark", start, waypoints_m=np.array([[100.0, 0.0, 0.0]]))
         planner = planner_at(1.0)
         planner = replace(planner, settings=replace(planner.settings, escape=escape))
         system = AvoidanceSystem(planner, mission)

@@ -26,9 +26,9 @@ def obstacle_at(position: FloatArray, rng: np.random.Generator) -> Obstacle:
     radius = float(rng.uniform(0.05, 1.0))
     return (
         Obstacle.ball(position, radius),
-        Obstacle.line(position, size[0], radius, turn),
-        Obstacle.plane(position, (size[0], size[1]), radius, turn),
-        Obstacle.cuboid(position, (size[0], size[1], size[2]), 0.0, turn),
+        Obstacle.line(position, size[0], radius_m=radius, orientation_rad=turn),
+        Obstacle.plane(position, (size[0], size[1]), radius_m=radius, orientation_rad=turn),
+        Obstacle.cuboid(position, (size[0], size[1], size[2]), radius_m=0.0, orientation_rad=turn),
     )[rng.integers(4)]
 
 

@@ -40,9 +40,9 @@ class MethodFlight:
     def __call__(self) -> Outcome:
         setup = setup_with(self.method)
         world, mission = ball_world(self.seed)
-        system = AvoidanceSystem(setup.planner, mission, setup.lidars)
+        system = AvoidanceSystem(setup.planner, mission, lidars=setup.lidars)
         settings = SimulationSettings(seed=self.seed, scan_latency_s=self.latency_s)
-        return outcome_of(simulate(system, world, setup.lidars, settings))
+        return outcome_of(simulate(system, world, lidars=setup.lidars, settings=settings))
 
 
 def balls(method: str) -> list[str]:

@@ -18,9 +18,8 @@ import numpy as np
 from benchmarks.decisions import seen_from, standing, static_mission
 from benchmarks.intruders import paper_intruders
 from benchmarks.references import bincount_detection, minimal_hits, node_ratings, plain_python
-from benchmarks.scenes import scattered
+from benchmarks.scenes import AS_FLOWN, scattered
 from benchmarks.sensors import GRID, LIDAR
-from benchmarks.turn_rows import AS_FLOWN
 from clearway.avoidance.decide import decide
 from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.situation import Situation

@@ -25,7 +25,7 @@ AUTOMATON = MovementAutomaton.plane()
 
 def rating(quick: bool) -> Row:
     """The chaotic set is the one with most nodes; six kept in each cell make at least 2,200."""
-    tree = build_reach_set(AUTOMATON, GRID, "chaotic", spread=6.0)
+    tree = build_reach_set(AUTOMATON, GRID, method="chaotic", spread=6.0)
     assert tree.nodes >= 2_200
     cells = np.random.default_rng(0).uniform(0.0, 1.0, GRID.cells)
     expected = node_ratings(tree, cells)

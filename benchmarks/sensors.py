@@ -59,7 +59,9 @@ def hits_and_visibility(
 
 def street_into_cells(quick: bool) -> Row:
     """Most returns of a scanner that sees far lie beyond the grid."""
-    pattern = BeamPattern.per_cell(GRID, *MANY_BEAMS, max_range_m=100.0)
+    pattern = BeamPattern.per_cell(
+        GRID, MANY_BEAMS[0], elevations_per_cell=MANY_BEAMS[1], max_range_m=100.0
+    )
     far = Lidar("far", pattern)
     scan = simulate_scan(far, street(), HERE, np.random.default_rng(0))
     return timed(lambda: detect(GRID, far, scan).visibility, quick).row(

@@ -92,7 +92,9 @@ def by_intruders(size: int) -> tuple[int, Decide]:
 def by_nodes(size: int) -> tuple[int, Decide]:
     """Of reach sets, the more in a cell the more there are; a ball stands ahead."""
     automaton, grid = MovementAutomaton.plane(), AvoidanceGrid.uniform()
-    library = ReachLibrary.build(automaton, grid, "chaotic", tuning={"spread": SPREADS[size]})
+    library = ReachLibrary.build(
+        automaton, grid, method="chaotic", tuning={"spread": SPREADS[size]}
+    )
     planner = Planner.of(library, AvoidanceSettings(escape="off"))
     ball = PointHazards(np.array([[6.0, 0.5, 0.0]]), np.array([1.5]))
     nodes = library.nearest(0.0).nodes

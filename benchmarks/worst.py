@@ -54,7 +54,9 @@ def passing_by() -> list[Intruder]:
     for number in range(INTRUDERS):
         through, velocity = rng.uniform([1, -3, -2], [9, 3, 2]), rng.normal(size=3)
         spread, name = rng.uniform(0.05, 0.4, 2), f"i{number}"
-        found.append(Intruder(through - 6.0 * velocity, velocity, spread, 1.0, name))
+        found.append(
+            Intruder(through - 6.0 * velocity, velocity, spread_rad=spread, radius_m=1.0, name=name)
+        )
     return found
 
 

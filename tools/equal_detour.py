@@ -16,7 +16,7 @@ from clearway.avoidance.long_range.resolve import RiskPrices
 from clearway.studies.encounter_model import read_encounter_model
 from clearway.studies.figures.risk_curves import draw_detour_curves
 from clearway.studies.risk.encounter import draw_encounter
-from clearway.studies.risk.flight import STRAIGHT, separation, separation_of
+from clearway.studies.risk.flight import separation, separation_of
 from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.long_planners import (
     LongPlanner,
@@ -27,7 +27,7 @@ from clearway.studies.risk.long_planners import (
 )
 from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.ratios import LIMITS, mean_aside_m, risk
-from clearway.studies.risk.settings import RiskSettings
+from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 from clearway.studies.risk.study import RiskStudy
 
 DETOURS = (4.0, 1.0, 0.25)

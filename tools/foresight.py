@@ -13,9 +13,9 @@ import numpy as np
 from clearway.base.intervals import weighted_share
 from clearway.studies.encounter_model import read_encounter_model
 from clearway.studies.risk.encounter import draw_encounter
-from clearway.studies.risk.flight import STRAIGHT, separation_of
+from clearway.studies.risk.flight import separation_of
 from clearway.studies.risk.foresight import foreseen
-from clearway.studies.risk.settings import RiskSettings
+from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 
 
 def main() -> None:

@@ -96,7 +96,7 @@ def score_of(job: tuple[Tuning, int]) -> Score:
     for number in range(worlds):
         setup = setup_of(number)
         pilot = BaselinePilot(setup.system(), rule_of(tuning, setup))
-        run = simulate(pilot, setup.world, setup.lidars, setup.simulation)
+        run = simulate(pilot, setup.world, lidars=setup.lidars, settings=setup.simulation)
         safe, reached = safe + run.safe, reached + run.reached
         times.append(run.metrics.time_s)
     return safe / worlds, reached / worlds, -float(np.mean(times))

@@ -76,7 +76,10 @@ def main() -> None:
 def _nearest(craft: Craft, rule: Rule, encounter: Encounter) -> float:
     lasts_s = 1.5 * encounter.collision_s + 10.0
     mission = Mission(
-        "tuning", State(np.zeros(3)), np.array([[lasts_s + 30.0, 0.0, 0.0]]), REACH_RADIUS_M
+        "tuning",
+        State(np.zeros(3)),
+        waypoints_m=np.array([[lasts_s + 30.0, 0.0, 0.0]]),
+        reach_radius_m=REACH_RADIUS_M,
     )
     intruder = ScriptedIntruder(
         "intruder", 0.0, encounter.position_m, encounter.velocity_mps,
@@ -85,10 +88,10 @@ def _nearest(craft: Craft, rule: Rule, encounter: Encounter) -> float:
     run = simulate(
         BaselinePilot(AvoidanceSystem(craft.planner, mission), rule),
         ObstacleMap(),
-        (),
-        SimulationSettings(time_limit_s=lasts_s),
-        None,
-        Traffic([intruder], mission, craft.planner.speed_mps),
+        lidars=(),
+        settings=SimulationSettings(time_limit_s=lasts_s),
+        on_decision=None,
+        traffic=Traffic([intruder], mission, craft.planner.speed_mps),
     )
     other = run.intruder_tracks["intruder"][:, 1:]
     return float(np.linalg.norm(other - run.states[:, :3], axis=1).min())

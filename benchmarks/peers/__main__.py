@@ -94,7 +94,12 @@ def _ours(name: str, encounter: Encounter) -> FloatArray:
     """[n, 5] time and both level positions, flown here; heights count when distances are taken."""
     planner = _level_planner() if name.endswith("level only") else planner_at(1.0)
     far = np.array([[lasts_s(encounter) + 3.0 * RANGE_M, 0.0, 0.0]])
-    mission = Mission(f"level {encounter.seed}", State(np.zeros(3)), far, REACH_RADIUS_M)
+    mission = Mission(
+        f"level {encounter.seed}",
+        State(np.zeros(3)),
+        waypoints_m=far,
+        reach_radius_m=REACH_RADIUS_M,
+    )
     system = AvoidanceSystem(planner, mission, address="ownship")
     craft = Craft(planner, 0.3, planner.automaton.turning_radius_m)
     pilot = pilot_named(name.partition(",")[0], system, craft)
@@ -103,7 +108,14 @@ def _ours(name: str, encounter: Encounter) -> FloatArray:
         radius_m=RADIUS_M, spawn="world",
     )  # fmt: skip
     limits = SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s(encounter))
-    run = simulate(pilot, ObstacleMap(), (), limits, None, Traffic([intruder], mission, SPEED_MPS))
+    run = simulate(
+        pilot,
+        ObstacleMap(),
+        lidars=(),
+        settings=limits,
+        on_decision=None,
+        traffic=Traffic([intruder], mission, SPEED_MPS),
+    )
     other = run.intruder_tracks["intruder"][:, 1:]
     return np.column_stack([run.time_s, run.states[:, :3], other])
 

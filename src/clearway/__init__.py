@@ -9,7 +9,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from clearway.base.moved import answer_old_paths
 from clearway.base.version import __version__
 
 if TYPE_CHECKING:
@@ -129,85 +128,6 @@ _ROOM_OF = {
     "read_traffic": "io.traffic.traffic",
     "simulate": "sim",
 }
-
-
-_MOVED = {
-    "autopilot": "mavlink",
-    "avoidable": "studies.encounters.avoidable",
-    "avoidance": "avoidance.decide",
-    "baselines": "sim.baselines",
-    "campaigns": "studies.campaigns",
-    "cell_nodes": "obstacles.cell_nodes",
-    "cell_share": "obstacles.cell_share",
-    "cell_volume": "obstacles.cell_volume",
-    "clearance": "avoidance.clearance",
-    "comparison": "studies.comparison",
-    "compiled": "base.compiled",
-    "confidence": "base.intervals",
-    "costs": "avoidance.costs",
-    "crossing": "avoidance.crossing",
-    "decision": "avoidance.choice",
-    "detour": "live.detour",
-    "enclosure": "live.infeasibility",
-    "encounter": "studies.encounters.encounter",
-    "encounter_model": "studies.encounter_model",
-    "encounters": "studies.encounters.flights",
-    "errors": "base.errors",
-    "evidence": "avoidance.evidence",
-    "explain": "live.explain",
-    "fault_studies": "studies.faults",
-    "faults": "sim.faults",
-    "flight": "missions.setup",
-    "frames": "base.frames",
-    "fusion": "avoidance.fusion",
-    "grid": "base.grid",
-    "hazards": "avoidance.hazards",
-    "intruders": "traffic",
-    "io.sequences": "io.scans.sequences",
-    "io.traffic": "io.traffic.traffic",
-    "map_cells": "obstacles.cells",
-    "mazes": "sim.mazes",
-    "metrics": "sim.metrics",
-    "mission": "live.mission",
-    "movement_buffer": "vehicle.buffer",
-    "movement_table": "vehicle.table",
-    "movements": "vehicle.automaton",
-    "movers": "live.dynamic_objects",
-    "obstacle_map": "obstacles.obstacle_map",
-    "obstacle_tree": "obstacles.tree",
-    "obstacles": "obstacles.obstacle",
-    "pilot": "sim.pilot",
-    "planner": "avoidance.planner",
-    "playback": "live.playback",
-    "plot": "view.plot",
-    "point_world": "obstacles.point_world",
-    "prediction": "vehicle.prediction",
-    "pursuit": "studies.encounters.pursuit",
-    "recordings": "traffic.recorded",
-    "refuge": "avoidance.loiter",
-    "replay": "view.replay",
-    "reproduction": "studies.reproduction",
-    "risk": "studies.risk",
-    "rounded_box": "obstacles.rounded_box",
-    "route": "live.route",
-    "rules": "avoidance.rules",
-    "scene": "avoidance.scene",
-    "simulation": "sim",
-    "situation": "avoidance.situation",
-    "state": "base.state",
-    "substitute": "missions.in_place",
-    "system": "live",
-    "traffic": "sim.scripted",
-    "units": "base.units",
-    "vehicle": "vehicle.model",
-    "verify": "avoidance.verify",
-    "voxels": "live.distance_field",
-    "world": "obstacles.world",
-    "worlds": "sim.worlds",
-}
-"""Old paths of modules, answered for one version."""
-
-answer_old_paths(_MOVED)
 
 
 def __getattr__(name: str) -> object:

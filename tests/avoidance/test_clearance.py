@@ -114,7 +114,9 @@ def test_chords_and_capsules_are_as_far_apart_as_two_segments_less_the_radius(
     """Crossing, parallel, one inside the other, shrunk to a point; whichever axis is the long one,
     and balls."""
     a, b = np.array(a, float), np.array(b, float)
-    capsule = shapes_of([Obstacle.line([0.5, 0.0, 0.0], length, 0.3, turn)])
+    capsule = shapes_of(
+        [Obstacle.line([0.5, 0.0, 0.0], length, radius_m=0.3, orientation_rad=turn)]
+    )
     half = np.roll(capsule.half_m, axis, axis=1)
     capsule = capsule._replace(half_m=half)
     reach = capsule.rotation[0] @ half[0]

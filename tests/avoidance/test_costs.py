@@ -57,7 +57,7 @@ def test_known_lengths_to_go():
 
 
 AUTOMATON = MovementAutomaton.plane()
-REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), "primitives")
+REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), method="primitives")
 
 
 def goal_at(target, final=True, following=None, radius=1.0):

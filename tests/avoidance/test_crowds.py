@@ -27,9 +27,11 @@ def crowd(rng, count, apart_m, largest_m):
         told.append(
             (
                 Obstacle.ball(place, 0.3 * size[0]),
-                Obstacle.line(place, size[0], 0.05, turn),
-                Obstacle.plane(place, (size[0], size[1]), 0.02, turn),
-                Obstacle.cuboid(place, tuple(size), rng.choice([0.0, 0.1]), turn),
+                Obstacle.line(place, size[0], radius_m=0.05, orientation_rad=turn),
+                Obstacle.plane(place, (size[0], size[1]), radius_m=0.02, orientation_rad=turn),
+                Obstacle.cuboid(
+                    place, tuple(size), radius_m=rng.choice([0.0, 0.1]), orientation_rad=turn
+                ),
             )[rng.integers(4)]
         )
     return shapes_of([*told, *told[: count // 4]])
@@ -100,7 +102,11 @@ def test_what_is_flown_through_is_told_to_the_bit(seed, thick_m):
         turn = rng.normal(size=3) * rng.choice([0.0, 1e-9, 1.0])
         place = corners[q] + share * (corners[q + 1] - corners[q])
         size = np.roll([thick_m, rng.uniform(3, 40), rng.uniform(0.5, 40)], rng.integers(3))
-        told.append(Obstacle.cuboid(place, tuple(size), rng.choice([0.0, 0.05]), turn))
+        told.append(
+            Obstacle.cuboid(
+                place, tuple(size), radius_m=rng.choice([0.0, 0.05]), orientation_rad=turn
+            )
+        )
     told += [Obstacle.ball([0, 0, 9.0], 0.1)] * 20  # Many, but few of them matter.
     shapes, span = shapes_of(told), span_of(corners, 0, 1)
     expected = shapes_clearance(span, shapes, 0.65, -np.inf)
@@ -122,6 +128,6 @@ def test_no_point_of_a_movement_is_nearer_than_the_box_around_it(seed):
 
 
 def test_the_box_around_a_movement_is_tight_beside_a_wall():
-    wall = shapes_of([Obstacle.cuboid([2.0, 0.0, 0.0], (0.2, 40.0, 40.0), 0.1)])
+    wall = shapes_of([Obstacle.cuboid([2.0, 0.0, 0.0], (0.2, 40.0, 40.0), radius_m=0.1)])
     corners = np.linspace([0, 0, 0], [1, 0.5, 0.3], 5)
     assert bound(corners, wall, 0) == pytest.approx(0.8)

@@ -38,7 +38,7 @@ def test_free_space_is_flown_straight_and_the_next_decision_can_wait():
 
 
 def test_an_obstacle_is_passed_with_the_margin_and_decided_again_at_once():
-    ball = Obstacle.ball([8.0, 0.0, 0.0], 1.5, "balloon")
+    ball = Obstacle.ball([8.0, 0.0, 0.0], 1.5, name="balloon")
     decision = decide(PLANNER, situation(ball))
     path = decision.path_m
     gaps = np.linalg.norm(path - [8.0, 0, 0], axis=1) - 1.5
@@ -95,12 +95,15 @@ def test_the_emergency_rule_takes_the_best_clearance_and_says_so():
 def test_a_commitment_keeps_the_side_where_both_cost_alike():
     ball = Obstacle.ball([8.0, 0.0, 0.0], 1.5)
     sides = {
-        side: decide(PLANNER, situation(ball), Commitment(side)).choice.side
+        side: decide(PLANNER, situation(ball), commitment=Commitment(side)).choice.side
         for side in (Side.LEFT, Side.RIGHT)
     }
     assert Side.RIGHT not in (sides[Side.LEFT],)
     assert Side.LEFT not in (sides[Side.RIGHT],)
-    ends = {side: decide(PLANNER, situation(ball), Commitment(side)).path_m[:, 1] for side in sides}
+    ends = {
+        side: decide(PLANNER, situation(ball), commitment=Commitment(side)).path_m[:, 1]
+        for side in sides
+    }
     assert ends[Side.LEFT].max() > 0.5
     assert ends[Side.RIGHT].min() < -0.5
 
@@ -121,7 +124,7 @@ def test_the_margin_grows_with_uncertainty_and_age():
 
 
 def test_the_explanation_names_the_obstacle_that_ruled_out_the_cheaper_ones():
-    told = situation(Obstacle.ball([8.0, 0.3, 0.0], 1.5, "mast 7"))
+    told = situation(Obstacle.ball([8.0, 0.3, 0.0], 1.5, name="mast 7"))
     blind = planner(threshold=0.0)
     free = replace(blind.settings.prices, coated=0.0)
     decision = decide(planner(threshold=0.0, prices=free), told)

@@ -15,7 +15,9 @@ from clearway.vehicle.automaton import MovementAutomaton
 from first_clear import first_clear
 
 GRID = AvoidanceGrid.uniform()
-PATHS = paths_of(build_reach_set(MovementAutomaton.plane(), GRID, "primitives", 0.0))
+PATHS = paths_of(
+    build_reach_set(MovementAutomaton.plane(), GRID, method="primitives", start_pitch_rad=0.0)
+)
 MARGIN_M = 0.6
 
 

@@ -46,7 +46,7 @@ BALLS = ObstacleMap([Obstacle.ball([9.0, 1.5, 0.0], 1.0), Obstacle.ball([6.0, -4
 @pytest.fixture(scope="module")
 def ways() -> WaysOut:
     """What is known after a few movements straight on."""
-    system = AvoidanceSystem(PLANNER, mission((40.0, 0.0, 0.0)), (LIDAR,))
+    system = AvoidanceSystem(PLANNER, mission((40.0, 0.0, 0.0)), lidars=(LIDAR,))
     for at in range(4):
         here = State(np.array([float(at), 0.0, 0.0]), time_s=float(at))
         system.update(here)

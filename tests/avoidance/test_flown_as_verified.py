@@ -112,7 +112,7 @@ def test_a_start_pitch_predicted_anew_is_the_set() -> None:
     for automaton in (
         AUTOMATON,
         replace(AUTOMATON, table=table),
-        MovementAutomaton(AUTOMATON.movements, AUTOMATON.pitch_limit_rad, Drifting()),
+        MovementAutomaton(AUTOMATON.movements, AUTOMATON.pitch_limit_rad, vehicle=Drifting()),
     ):
         own = Planner.of(ReachLibrary.build(automaton, AvoidanceGrid.uniform(5.0, 5)))
         for pitch, prepared in own.prepared_sets:
@@ -140,7 +140,9 @@ def test_measured_and_own_vehicles_are_flown_as_verified(kind: str) -> None:
     if kind == "table":
         automaton = replace(AUTOMATON, table=AUTOMATON.measured(8))
     else:
-        automaton = MovementAutomaton(AUTOMATON.movements, AUTOMATON.pitch_limit_rad, Drifting())
+        automaton = MovementAutomaton(
+            AUTOMATON.movements, AUTOMATON.pitch_limit_rad, vehicle=Drifting()
+        )
     own = Planner.of(ReachLibrary.build(automaton, AvoidanceGrid.uniform(6.0, 6)))
     for decision in plans(own, 12, 4, (0.0, 7.4, 45.0)):
         assert verified_off_m(own, decision) < 1e-6

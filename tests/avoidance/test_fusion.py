@@ -77,7 +77,7 @@ def test_an_unknown_rating_names_the_valid_ones():
 @pytest.fixture(scope="module")
 def reach_set():
     grid = AvoidanceGrid.uniform(6.0, 6)
-    return build_reach_set(MovementAutomaton.plane(), grid, "primitives")
+    return build_reach_set(MovementAutomaton.plane(), grid, method="primitives")
 
 
 def cells_of_path(reach_set, node):

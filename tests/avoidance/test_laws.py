@@ -98,12 +98,14 @@ def test_claimed_clearance_never_exceeds_the_exact_one(seed: int) -> None:
         gaps.append(lambda path, c=center, r=radius: gap_to_ball(path, c, r))
         center = center + rng.normal(0.0, 5.0, 3)
         half = 0.5 * size[0] * turn[:, 0]
-        obstacles.append(Obstacle.line(center, size[0], radius, attitude))
+        obstacles.append(Obstacle.line(center, size[0], radius_m=radius, orientation_rad=attitude))
         gaps.append(
             lambda path, a=center - half, b=center + half, r=radius: gap_to_segment(path, a, b, r)
         )
         center = center + rng.normal(0.0, 5.0, 3)
-        obstacles.append(Obstacle.cuboid(center, tuple(size), 0.1, attitude))
+        obstacles.append(
+            Obstacle.cuboid(center, tuple(size), radius_m=0.1, orientation_rad=attitude)
+        )
         gaps.append(lambda path, c=center, t=turn, s=size: gap_to_box(path, c, t, s, 0.1))
     count = int(rng.integers(0, 40))
     places, radii = ahead + rng.normal(0.0, 5.0, (count, 3)), rng.uniform(0.01, 0.3, count)
@@ -163,7 +165,7 @@ def scanned(rng: np.random.Generator) -> FloatArray:
 
 def decided_on(points: FloatArray) -> Decision:
     target = np.array([30.0, 1.0, 0.5])
-    detection = detect(GRID, LIDAR, Scan(points, 0.0, LIDAR.name))
+    detection = detect(GRID, LIDAR, Scan(points, 0.0, sensor=LIDAR.name))
     return decide(PLANNER, Situation(HERE, target, detections=[detection], range_sigma_m=0.03))
 
 
@@ -208,7 +210,7 @@ def moved_decision(
         Situation(
             State(shift, [0.0, pitch, yaw]),
             there(target),
-            there(following),
+            next_m=there(following),
             remembered=PointHazards(there(places), radii),
             obstacle_map=ObstacleMap(
                 [Obstacle.ball(there(b.position_m), b.radius_m) for b in balls]

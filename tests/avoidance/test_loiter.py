@@ -19,7 +19,9 @@ from first_clear import RoomPrice, first_clear
 AUTOMATON = MovementAutomaton.plane()
 RADIUS_M = AUTOMATON.turning_radius_m
 PITCH = float(np.radians(15.0))
-REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), "primitives", PITCH)
+REACH_SET = build_reach_set(
+    AUTOMATON, AvoidanceGrid.uniform(), method="primitives", start_pitch_rad=PITCH
+)
 PATHS = paths_of(REACH_SET)
 REFUGE = loiter_circles(REACH_SET, RADIUS_M)
 MARGIN_M = 0.6

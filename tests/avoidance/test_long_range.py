@@ -151,8 +151,8 @@ def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-unty
     assert free.long_range.wanted_tier >= 2
     assert free.long_range.tier < free.long_range.wanted_tier
     box = [
-        cw.Obstacle("cuboid", np.array([100.0, side * 60.0, 0.0]), np.zeros(3),
-                    (200.0, 60.0, 200.0))
+        cw.Obstacle("cuboid", np.array([100.0, side * 60.0, 0.0]), orientation_rad=np.zeros(3),
+                    size_m=(200.0, 60.0, 200.0))
         for side in (-1.0, 1.0)
     ]  # fmt: skip
     for side, wall in zip((-1.0, 1.0), box, strict=True):

@@ -24,7 +24,9 @@ from worlds_for_tests import GRID, LIBRARY, mission, planner
 
 FINE, FAST = planner(accuracy="fine"), planner()
 MODELS = FINE.settings.intruder_models
-WIDE = Lidar("wide", BeamPattern.per_cell(GRID, 4, 3, max_range_m=10.0), sigma_m=0.02)
+WIDE = Lidar(
+    "wide", BeamPattern.per_cell(GRID, 4, elevations_per_cell=3, max_range_m=10.0), sigma_m=0.02
+)
 NARROW = Lidar(
     "narrow",
     BeamPattern.from_angles(np.linspace(-0.4, 0.4, 30), np.linspace(-0.2, 0.2, 9), name="narrow"),
@@ -43,7 +45,7 @@ def moments(draw):
     state = State(
         rng.uniform(-50.0, 50.0, 3),
         [0.8 * draw(number), 0.5 * draw(number), 3.1 * draw(number)],
-        NOW_S,
+        time_s=NOW_S,
         position_std_m=draw(st.sampled_from([0.0, 0.05, 0.3])),
     )
 
@@ -60,10 +62,10 @@ def moments(draw):
         Intruder(
             ahead(2.0),
             rng.uniform(-3.0, 3.0, 3),
-            rng.uniform(0.0, 0.3, 2),
-            0.4,
-            f"i{n}",
-            NOW_S - rng.uniform(0.0, 2.0),
+            spread_rad=rng.uniform(0.0, 0.3, 2),
+            radius_m=0.4,
+            name=f"i{n}",
+            time_s=NOW_S - rng.uniform(0.0, 2.0),
             position_std_m=0.2,
             velocity_std_mps=0.1,
             acceleration_bound_mps2=0.3,
@@ -93,7 +95,7 @@ def test_what_the_door_assesses_is_what_a_decision_with_the_same_settings_goes_b
         intruder_models=("line",), threshold=0.6, unknown=0.5,
     )  # fmt: skip
     careful = Planner.of(LIBRARY, own)
-    here = State([3.0, 0.0, 1.0], [0.3, 0.1, 0.2], NOW_S, position_std_m=0.2)
+    here = State([3.0, 0.0, 1.0], [0.3, 0.1, 0.2], time_s=NOW_S, position_std_m=0.2)
     world = ObstacleMap([Obstacle.ball([9.0, 1.0, 1.0], 1.0)])
     known = ObstacleMap([Obstacle.ball([8.0, 3.0, 1.0], 1.0)])
     report = Intruder([9.0, -4.0, 1.0], [0.0, 1.0, 0.0], radius_m=0.3, name="a", time_s=NOW_S - 1.5)
@@ -138,11 +140,11 @@ def test_a_scene_means_for_cells_and_trajectories_what_a_decision_goes_by(moment
 @settings(max_examples=25, deadline=None)
 def test_a_scene_means_what_the_live_system_decides_by_with_all_that_it_remembers(moment):
     state, mapped, there, intruders, lidars, seed = moment
-    live = AvoidanceSystem(FINE, mission((300.0, 0.0, 0.0)), lidars, mapped)
+    live = AvoidanceSystem(FINE, mission((300.0, 0.0, 0.0)), lidars=lidars, obstacle_map=mapped)
     turned = State(
         state.position_m - [0.3, 0.1, 0.0],
         state.attitude_rad + np.array([0.1, 0.0, 0.4]),
-        NOW_S - 0.5,
+        time_s=NOW_S - 0.5,
     )
     scans = []
     for at in (turned, state):

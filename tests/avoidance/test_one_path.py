@@ -153,10 +153,10 @@ def test_own_parts_that_say_the_same_decide_the_same(seed: int, side: Side) -> N
     before = Commitment(side, "Left" if seed % 2 else "")
     moment = situation(Draws(seed, 0.0), GRID, LIDAR)
     for one in (WITHOUT_WAYS_OUT, WITH_WAYS_OUT):
-        expected = decide(one, moment, before)
+        expected = decide(one, moment, commitment=before)
         by_cost = replace(one, terminal_cost=own_cost)
         for own in (replace(one, rating=own_total), by_cost, replace(by_cost, rating=own_total)):
-            decision = decide(own, moment, before)
+            decision = decide(own, moment, commitment=before)
             assert decision.movements == expected.movements
             choice, wanted = decision.choice, expected.choice
             for name in (
@@ -221,7 +221,7 @@ def test_a_scan_decides_as_what_it_says_of_the_cells(seed: int, returns: int) ->
     points = rng.normal(0.0, 5.0, (returns, 3))
     points[rng.uniform(size=returns) < 0.02] = np.nan
     turned = world_from_body(rng.uniform(-0.5, 0.5, 3)), rng.normal(0.0, 0.5, 3)
-    told = detect(GRID, LIDAR, Scan(points, 5.0, LIDAR.name), grid_from_body=turned)
+    told = detect(GRID, LIDAR, Scan(points, 5.0, sensor=LIDAR.name), grid_from_body=turned)
     moment = situation(Draws(seed, 0.0), GRID, LIDAR)
     placed, spelt_out = replace(moment, detections=[told]), replace(told, hits=told.hits)
     one, other = (
@@ -237,7 +237,7 @@ def test_a_scan_decides_as_what_it_says_of_the_cells(seed: int, returns: int) ->
 
 
 def test_what_is_told_otherwise_than_the_scan_says_counts() -> None:
-    told = detect(GRID, LIDAR, Scan(np.array([[5.0, 0.0, 0.0]]), 5.0, LIDAR.name))
+    told = detect(GRID, LIDAR, Scan(np.array([[5.0, 0.0, 0.0]]), 5.0, sensor=LIDAR.name))
     changed = replace(told, probability=np.ones(GRID.cells))
     moment = replace(situation(Draws(3, 0.0), GRID, LIDAR), detections=[changed])
     np.testing.assert_array_equal(decide(WITHOUT_WAYS_OUT, moment).cells.evidence.detected, 1.0)

@@ -35,7 +35,7 @@ from clearway.traffic import Intruder
 from worlds_for_tests import LIBRARY, LIDAR, mission
 
 AHEAD = np.array([30.0, 0.0, 0.0])
-BALL = Obstacle.ball([6.0, 0.0, 0.0], 1.5, "ball")
+BALL = Obstacle.ball([6.0, 0.0, 0.0], 1.5, name="ball")
 
 
 def ruled(*rules, obstacles=(), state=None, target=AHEAD, **more):
@@ -170,7 +170,14 @@ def test_near_the_route_a_corridor_is_kept():
 
 
 def meeting(place, velocity, name="N1"):
-    return Intruder(np.array(place, float), np.array(velocity, float), np.zeros(2), 0.6, name, 0.0)
+    return Intruder(
+        np.array(place, float),
+        np.array(velocity, float),
+        spread_rad=np.zeros(2),
+        radius_m=0.6,
+        name=name,
+        time_s=0.0,
+    )
 
 
 def test_head_on_both_turn_right_whatever_is_cheaper():
@@ -227,9 +234,9 @@ def test_separation_by_turns_or_by_height_only():
 
 def test_rules_hold_in_flight_and_the_log_names_them():
     planner = Planner.of(LIBRARY, rules=(altitude_floor(-0.6), near_route(30.0)))
-    system = AvoidanceSystem(planner, mission((20.0, 0.0, 0.0)), (LIDAR,))
+    system = AvoidanceSystem(planner, mission((20.0, 0.0, 0.0)), lidars=(LIDAR,))
     blocked = ObstacleMap([Obstacle.cuboid([10.0, 0.0, 1.0], (0.5, 8.0, 4.0))])
-    run = simulate(system, blocked, (LIDAR,), SimulationSettings())
+    run = simulate(system, blocked, lidars=(LIDAR,), settings=SimulationSettings())
     assert run.reached
     assert run.states[:, 2].min() >= -0.6 - 1e-3
     named = {n.name for e in run.decisions for n in e.flight.decision.choice.rules}

@@ -68,9 +68,11 @@ def _obstacles(seed: int, scale: float) -> tuple[Obstacle, ...]:
         made.append(
             (
                 Obstacle.ball(place, radius),
-                Obstacle.line(place, size[0], 0.1 * radius, orientation_rad=turned),
-                Obstacle.plane(place, tuple(size[:2]), 0.1 * radius, orientation_rad=turned),
-                Obstacle.cuboid(place, tuple(size), 0.1 * radius, orientation_rad=turned),
+                Obstacle.line(place, size[0], radius_m=0.1 * radius, orientation_rad=turned),
+                Obstacle.plane(
+                    place, tuple(size[:2]), radius_m=0.1 * radius, orientation_rad=turned
+                ),
+                Obstacle.cuboid(place, tuple(size), radius_m=0.1 * radius, orientation_rad=turned),
                 Obstacle.cuboid(place, tuple(size), orientation_rad=turned),
             )[(seed + n) % 5]
         )

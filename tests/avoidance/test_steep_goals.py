@@ -107,7 +107,9 @@ def test_below_a_steep_goal_nothing_that_waits_costs_least(planner: Planner, rea
 
 
 def test_other_vehicles_count_as_they_did():
-    library = ReachLibrary.build(MovementAutomaton.plane(), AvoidanceGrid.uniform(), "primitives")
+    library = ReachLibrary.build(
+        MovementAutomaton.plane(), AvoidanceGrid.uniform(), method="primitives"
+    )
     assert Planner.of(library).terminal_cost is curved_distance_to_go
 
 

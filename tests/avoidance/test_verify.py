@@ -16,7 +16,9 @@ from first_clear import first_clear
 
 AUTOMATON = MovementAutomaton.plane()
 PITCH = float(np.radians(15.0))
-REACH_SET = build_reach_set(AUTOMATON, AvoidanceGrid.uniform(), "primitives", PITCH)
+REACH_SET = build_reach_set(
+    AUTOMATON, AvoidanceGrid.uniform(), method="primitives", start_pitch_rad=PITCH
+)
 PATHS = paths_of(REACH_SET)
 
 
@@ -33,10 +35,18 @@ def random_hazards(seed):
     shapes = shapes_of(
         [
             Obstacle.cuboid(
-                rng.uniform([3, -5, -4], [9, 5, 4]), (1.0, 2.0, 0.5), 0.1, rng.normal(size=3)
+                rng.uniform([3, -5, -4], [9, 5, 4]),
+                (1.0, 2.0, 0.5),
+                radius_m=0.1,
+                orientation_rad=rng.normal(size=3),
             ),
             Obstacle.ball(rng.uniform([3, -5, -4], [9, 5, 4]), 0.7),
-            Obstacle.line(rng.uniform([3, -5, -4], [9, 5, 4]), 4.0, 0.05, rng.normal(size=3)),
+            Obstacle.line(
+                rng.uniform([3, -5, -4], [9, 5, 4]),
+                4.0,
+                radius_m=0.05,
+                orientation_rad=rng.normal(size=3),
+            ),
         ]
     )
     moving = MovingHazards(

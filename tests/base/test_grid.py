@@ -77,7 +77,7 @@ def test_patch_area(known_answers):
         grid = AvoidanceGrid(
             np.array([0.0, 1.0]),
             np.array([case["t0"], case["t1"]]),
-            np.array([case["p0"], case["p1"]]),
+            elevation_edges_rad=np.array([case["p0"], case["p1"]]),
         )
         assert grid.patch_area_m2(case["r"])[0, 0] == pytest.approx(case["A"], rel=1e-8)
 
@@ -87,7 +87,7 @@ def test_every_cell_holds_its_centre(steps):
     grid = AvoidanceGrid(
         np.concatenate([[0.5], 0.5 + np.cumsum(steps)]),
         np.radians([-170.0, -20.0, 3.0, 100.0]),
-        np.radians([-80.0, 0.0, 10.0]),
+        elevation_edges_rad=np.radians([-80.0, 0.0, 10.0]),
     )
     np.testing.assert_array_equal(grid.cell_of(grid.centers_m), np.arange(grid.cells))
 
@@ -104,7 +104,7 @@ def test_every_cell_holds_its_centre(steps):
 )
 def test_impossible_grids_are_refused(edges, said):
     with pytest.raises(ClearwayError, match=said):
-        AvoidanceGrid(*edges)
+        AvoidanceGrid(*edges[:2], elevation_edges_rad=edges[2])
 
 
 def test_an_infinite_range_is_refused_without_a_warning():

@@ -16,7 +16,6 @@ from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.scene_file import SceneFile
 from clearway.vehicle.automaton import MovementAutomaton
-from own_process import NO_DEPRECATED
 from repository import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
@@ -56,7 +55,6 @@ def test_every_key_of_the_reference_has_a_meaning() -> None:
     assert not [key for key, rest in rows if not rest.split("|")[-1].strip()]
 
 
-@pytest.mark.filterwarnings("error:.*arguments by position are deprecated:DeprecationWarning")
 @pytest.mark.parametrize("number", range(len(blocks(REPOSITORY / "README.md", "python"))))
 def test_the_readme_s_python_runs_as_printed(
     number: int, capsys: pytest.CaptureFixture[str]
@@ -78,7 +76,7 @@ def test_python_of_the_documentation_runs(page: Path, tmp_path: Path) -> None:
     if not code:
         return
     ran = subprocess.run(
-        [sys.executable, NO_DEPRECATED, "-c", code],
+        [sys.executable, "-c", code],
         cwd=tmp_path,
         capture_output=True,
         text=True,

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import clearway
-from own_process import NO_DEPRECATED
 from repository import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
@@ -28,7 +27,7 @@ MODULES = {
 def printed(name: str, folder: Path) -> list[str]:
     """Lines of one example, which must draw its picture into the folder."""
     done = subprocess.run(
-        [sys.executable, NO_DEPRECATED, str(EXAMPLES / f"{name}.py"), str(folder / "out")],
+        [sys.executable, str(EXAMPLES / f"{name}.py"), str(folder / "out")],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -105,7 +104,7 @@ def test_own_sensor(tmp_path: Path) -> None:
 
 def test_own_plant_flies_where_it_is_run() -> None:
     done = subprocess.run(
-        [sys.executable, NO_DEPRECATED, str(EXAMPLES / "own_plant.py")],
+        [sys.executable, str(EXAMPLES / "own_plant.py")],
         capture_output=True,
         text=True,
         check=False,

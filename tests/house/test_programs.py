@@ -16,10 +16,6 @@ from matplotlib.figure import Figure
 import clearway as cw
 from repository import REPOSITORY
 
-pytestmark = pytest.mark.filterwarnings(
-    "error:.*arguments by position are deprecated:DeprecationWarning"
-)
-
 EXAMPLES = REPOSITORY / "examples"
 NOTEBOOK, BATCH, LIVE = (EXAMPLES / n for n in ("rate_a_scan.ipynb", "batch.py", "live_loop.py"))
 

@@ -379,16 +379,16 @@ def test_playing_sees_and_decides_at_every_moment() -> None:
     automaton = MovementAutomaton.plane(1.0, 15.0)
     grid = AvoidanceGrid.uniform()
     planner = Planner.of(ReachLibrary.load_or_build(automaton, grid))
-    lidar = Lidar("l", BeamPattern.per_cell(grid, 4, 4, max_range_m=10.0))
+    lidar = Lidar("l", BeamPattern.per_cell(grid, 4, elevations_per_cell=4, max_range_m=10.0))
     wall = np.stack(np.meshgrid([4.0], np.linspace(-1, 1, 30), np.linspace(-1, 1, 30)), -1)
     wall = wall.reshape(-1, 3)
     states = [State(np.array([0.5 * n, 0.0, 5.0]), time_s=10.0 + n) for n in range(4)]
     scans = [np.zeros((0, 3)), wall, wall - [0.5, 0, 0], wall - [1.0, 0, 0]]
     moments = [
-        Moment(state, Scan(points, state.time_s, "l"))
+        Moment(state, Scan(points, state.time_s, sensor="l"))
         for state, points in zip(states, scans, strict=True)
     ]
-    system = AvoidanceSystem(planner, mission_along(states[:1], 10.0, 1.5), (lidar,))
+    system = AvoidanceSystem(planner, mission_along(states[:1], 10.0, 1.5), lidars=(lidar,))
     played = list(play(system, moments))
     assert [one.hits for one in played] == [0, 900, 900, 900]
     assert played[0].nearest_m == np.inf

@@ -69,7 +69,7 @@ def test_what_cannot_be_left_is_not_entered_while_there_is_patience() -> None:
 
 
 def test_a_new_goal_of_whoever_flies_begins_with_patience() -> None:
-    system = AvoidanceSystem(planner(escape="known"), BEYOND, [LIDAR])
+    system = AvoidanceSystem(planner(escape="known"), BEYOND, lidars=[LIDAR])
     system.update(State(np.zeros(3)))
     system.decide(0.0)
     system.progress = replace(system.progress, in_vain_s=LONGEST * TURN_S)
@@ -101,7 +101,7 @@ def test_a_gap_far_from_the_straight_way_is_found_and_flown(
 
 
 def test_finer_cells_are_looked_for_ways_in_once_insisting_came_to_nothing() -> None:
-    system = AvoidanceSystem(planner(escape="known"), BEYOND, [LIDAR])
+    system = AvoidanceSystem(planner(escape="known"), BEYOND, lidars=[LIDAR])
     system.update(State(np.zeros(3)))
 
     def width_m(now_s: float) -> float:

@@ -27,13 +27,13 @@ class Flight:
 
     def __init__(self, **system: object) -> None:
         there = mission((400.0, 0.0, 0.0))
-        self.live = AvoidanceSystem(PLANNER, there, (LIDAR,), **system)  # type: ignore[arg-type]
+        self.live = AvoidanceSystem(PLANNER, there, lidars=(LIDAR,), **system)  # type: ignore[arg-type]
         self.truth = np.zeros(6)
         self.shown_s = 100.0
 
     @property
     def state(self) -> State:
-        return State(self.truth[:3], self.truth[3:], self.shown_s)
+        return State(self.truth[:3], self.truth[3:], time_s=self.shown_s)
 
     def tick(self, *readings: object, silent: bool = False) -> None:
         """Tell the own state unless silent, and other readings; decide if due; fly on."""
@@ -121,11 +121,11 @@ def test_a_scan_or_a_report_ahead_of_the_clock_shuts_nothing_out(ahead_s):
     now = flight.shown_s
     real = {"radius_m": 0.5, "name": "i"}
     flight.tick(
-        Scan(NO_RETURNS, now + ahead_s, "lidar"),
+        Scan(NO_RETURNS, now + ahead_s, sensor="lidar"),
         Intruder([90.0, 0.0, 0.0], [1.0, 0.0, 0.0], time_s=now + ahead_s, **real),
     )
     flight.tick(
-        Scan(NO_RETURNS, flight.shown_s, "lidar"),
+        Scan(NO_RETURNS, flight.shown_s, sensor="lidar"),
         Intruder([9.0, 3.0, 0.0], [-1.0, 0.0, 0.0], time_s=flight.shown_s, **real),
     )
     assert flight.live.counts["scan: from the future"] == 1
@@ -148,11 +148,11 @@ def test_a_reading_a_little_ahead_counts_when_its_time_has_come_and_is_unsure():
 
 
 def test_readings_without_any_question_are_kept_bounded_and_in_order():
-    live = AvoidanceSystem(PLANNER, mission((90.0, 0.0, 0.0)), (LIDAR,))
+    live = AvoidanceSystem(PLANNER, mission((90.0, 0.0, 0.0)), lidars=(LIDAR,))
     for n in range(3000):
         live.update(State([0.001 * n, 0.0, 0.0], time_s=0.01 * n))
         if n % 10 == 0:
-            live.update(Scan(NO_RETURNS, 0.01 * n, "lidar"))
+            live.update(Scan(NO_RETURNS, 0.01 * n, sensor="lidar"))
     assert len(live._known.waiting._readings) <= 600
     assert live.situation(29.99)[0].state.position_m[0] == pytest.approx(2.999)
     assert not live.counts

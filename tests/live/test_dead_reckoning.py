@@ -34,14 +34,16 @@ def scan_from(truth: State) -> Scan:
     """Returns of the landmarks ahead."""
     seen: FloatArray = (LANDMARKS - truth.position_m) @ truth.world_from_body
     near = np.linalg.norm(seen, axis=1) < 140.0
-    return Scan(seen[near & (seen[:, 0] > 5.0)], truth.time_s, "lidar")
+    return Scan(seen[near & (seen[:, 0] > 5.0)], truth.time_s, sensor="lidar")
 
 
 @pytest.mark.parametrize("every", [1, 2, 5, 10], ids=lambda every: f"{10 / every:g} Hz")
 def test_own_place_and_scans_are_exact_however_rare_own_states_are(planner, every):
     """Ten scans a second, and decisions every 0.7 s: plans take over in the middle of movements."""
-    mission = Mission("fast", State(np.zeros(3)), np.array([[600.0, 0.0, 0.0]]), 22.0)
-    live = AvoidanceSystem(planner, mission, (LIDAR,))
+    mission = Mission(
+        "fast", State(np.zeros(3)), waypoints_m=np.array([[600.0, 0.0, 0.0]]), reach_radius_m=22.0
+    )
+    live = AvoidanceSystem(planner, mission, lidars=(LIDAR,))
     truth, turned = State(np.zeros(3)), 0
     place_m, scans_m = 0.0, 0.0
     for tick in range(int(LASTS_S / TICK_S)):
@@ -60,7 +62,7 @@ def test_own_place_and_scans_are_exact_however_rare_own_states_are(planner, ever
         movement = live.movement_at(now)
         turned += movement.name != "Straight"
         vector = AUTOMATON.fly(truth.vector, [(movement, TICK_S)], np.inf, 0.0).states[-1]
-        truth = State(vector[:3], vector[3:], now + TICK_S)
+        truth = State(vector[:3], vector[3:], time_s=now + TICK_S)
     assert turned > 10
     assert place_m < 1e-6
     assert scans_m < 1e-6

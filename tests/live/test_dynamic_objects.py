@@ -203,8 +203,8 @@ def test_other_beams_see_movers_too() -> None:
 
 
 def flown_following(world: World, to_fly: object, **simulation: object) -> AvoidanceSystem:
-    system = AvoidanceSystem(planner(), to_fly, (LIDAR,), follow_movers=True)  # type: ignore[arg-type]
-    run = simulate(system, world, (LIDAR,), SimulationSettings(**simulation))  # type: ignore[arg-type]
+    system = AvoidanceSystem(planner(), to_fly, lidars=(LIDAR,), follow_movers=True)  # type: ignore[arg-type]
+    run = simulate(system, world, lidars=(LIDAR,), settings=SimulationSettings(**simulation))  # type: ignore[arg-type]
     assert run.safe
     assert not any(entry.flight.decision.intruders for entry in run.decisions)
     return system
@@ -239,7 +239,7 @@ def test_nothing_moves_in_woods(seed: int) -> None:
     rng = np.random.default_rng(seed)
     trunks = ObstacleMap(
         [
-            Obstacle.line([x, y, 0.0], 12.0, 0.15, [0.0, np.pi / 2.0, 0.0])
+            Obstacle.line([x, y, 0.0], 12.0, radius_m=0.15, orientation_rad=[0.0, np.pi / 2.0, 0.0])
             for x, y in rng.uniform([4.0, -10.0], [25.0, 10.0], (30, 2))
         ]
     )
@@ -274,12 +274,12 @@ def encounter(
     pattern = BeamPattern.per_cell(GRID, max_range_m=max_range_m)
     lidar = Lidar("lidar", pattern, sigma_m=0.03, dropout=0.05)
     to_fly = mission((30.0, 0.0, 0.0))
-    system = AvoidanceSystem(planner(escape="off"), to_fly, (lidar,), follow_movers=follows)
+    system = AvoidanceSystem(planner(escape="off"), to_fly, lidars=(lidar,), follow_movers=follows)
     return simulate(
         system,
         EMPTY,
-        (lidar,),
-        SimulationSettings(seed=seed),
+        lidars=(lidar,),
+        settings=SimulationSettings(seed=seed),
         traffic=Traffic([silent], to_fly, 1.0, traffic, seed),
     )
 

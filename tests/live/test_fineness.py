@@ -36,7 +36,9 @@ def test_beams_are_held_against_what_is_declared() -> None:
     assert "68" in reason
     assert "1.2 deg" in reason
     assert "0.106 deg apart would do" in reason
-    fine = replace(LIDAR, pattern=BeamPattern.per_cell(GRID, 122, 114, max_range_m=10.0))
+    fine = replace(
+        LIDAR, pattern=BeamPattern.per_cell(GRID, 122, elevations_per_cell=114, max_range_m=10.0)
+    )
     assert np.degrees(fine.pattern.spacing_rad) <= 0.106
     assert too_coarse(planner(smallest_object_m=0.006), [LIDAR, fine]) is None
 

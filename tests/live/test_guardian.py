@@ -192,7 +192,7 @@ def test_who_has_no_way_out_gets_no_guardian() -> None:
 def test_unusable_readings_are_counted() -> None:
     guardian = guardian_at()
     assert not guardian.receive(cw.State, np.array([np.nan, 0.0, 0.0]))
-    guardian.update(Scan(np.zeros((3, 3)), 0.0, "nobody"))
+    guardian.update(Scan(np.zeros((3, 3)), 0.0, sensor="nobody"))
     guardian.guard_velocity([0.1, 0.0, 0.0], 0.0)
     assert guardian.counts.total() == 2
 

@@ -39,7 +39,7 @@ def test_a_summary_says_why_a_flight_did_not_arrive() -> None:
 
 def test_whose_sensor_dies_stays_where_it_has_looked_and_says_so() -> None:
     """It flies on in what was seen, and is told apart from one whose goal no way leads to."""
-    live = AvoidanceSystem(planner(), mission((60.0, 0.0, 0.0)), (LIDAR,))
+    live = AvoidanceSystem(planner(), mission((60.0, 0.0, 0.0)), lidars=(LIDAR,))
     state, told = State(np.zeros(3)), []
     for tick in range(16):
         live.update(replace(state, time_s=float(tick)))

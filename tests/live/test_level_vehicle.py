@@ -64,7 +64,7 @@ def test_heights_of_goals_change_neither_costs_nor_choice(height_m: float) -> No
     def decided(height: float) -> Any:
         target, following = np.array([12.0, 1.0, height]), np.array([20.0, 4.0, -height])
         here = State(np.zeros(3))
-        return decide(LEVEL, Situation(here, target, following, obstacle_map=ball)).choice
+        return decide(LEVEL, Situation(here, target, next_m=following, obstacle_map=ball)).choice
 
     level, told = decided(0.0), decided(height_m)
     assert np.isfinite(told.cost_m)
@@ -73,8 +73,10 @@ def test_heights_of_goals_change_neither_costs_nor_choice(height_m: float) -> No
 
 @pytest.mark.parametrize("height_m", HEIGHTS)
 def test_a_waypoint_counts_as_reached_from_above_or_below(height_m: float) -> None:
-    mission = Mission("level", State(np.zeros(3)), np.array([[12.0, 3.0, height_m], [24.0, 0, 0]]))
-    run = simulate(AvoidanceSystem(LEVEL, mission), ObstacleMap(), ())
+    mission = Mission(
+        "level", State(np.zeros(3)), waypoints_m=np.array([[12.0, 3.0, height_m], [24.0, 0, 0]])
+    )
+    run = simulate(AvoidanceSystem(LEVEL, mission), ObstacleMap(), lidars=())
     assert run.progress.done(mission)
     assert run.time_s[-1] < 26.0
     assert not run.states[:, 2].any()
@@ -83,7 +85,7 @@ def test_a_waypoint_counts_as_reached_from_above_or_below(height_m: float) -> No
 
 
 def test_what_can_climb_has_to() -> None:
-    mission = Mission("high", State(np.zeros(3)), np.array([[12.0, 0.0, 3.0]]))
+    mission = Mission("high", State(np.zeros(3)), waypoints_m=np.array([[12.0, 0.0, 3.0]]))
     above = np.array([12.0, 0.0, 0.0])
     assert advanced(mission, Progress(), above, 1.0).goal == 0
     assert advanced(mission, Progress(), above, 1.0, stays_level=True).goal == 1

@@ -48,7 +48,7 @@ class Interrupted:
                 assert flown is not None
                 self.track.append(flown.position_m)
             state, now_s = (
-                State(flown.position_m, flown.attitude_rad, now_s + step_s),
+                State(flown.position_m, flown.attitude_rad, time_s=now_s + step_s),
                 now_s + step_s,
             )
 
@@ -117,6 +117,6 @@ def test_who_begins_tilted_and_always_asks_a_moment_late_comes_to_the_goal() -> 
         now_s += 1.0005
         flown = system.state_at(now_s)
         assert flown is not None
-        state = State(flown.position_m, flown.attitude_rad, now_s)
+        state = State(flown.position_m, flown.attitude_rad, time_s=now_s)
     assert system.progress.done(system.mission)
     assert sum(f.mode is Mode.ESCAPE for f in flights) <= 0.2 * len(flights)

@@ -12,7 +12,9 @@ from clearway.base.state import State
 from clearway.live.mission import Mission, Progress, advanced, detoured, news_in_m, stuck
 
 START = State(np.zeros(3))
-MISSION = Mission("test", START, np.array([[10.0, 0, 0], [10.0, 10.0, 0]]), 1.0)
+MISSION = Mission(
+    "test", START, waypoints_m=np.array([[10.0, 0, 0], [10.0, 10.0, 0]]), reach_radius_m=1.0
+)
 
 
 def test_waypoints_are_reached_in_order():
@@ -35,7 +37,7 @@ def test_no_news_before_it_is_said_to_come(steps, pass_within_m, level):
     mission = Mission(
         "by",
         START,
-        np.array([[4.0, 0, 0], [4.0, 4.0, 1.0], [0, 0, 0]]),
+        waypoints_m=np.array([[4.0, 0, 0], [4.0, 4.0, 1.0], [0, 0, 0]]),
         pass_within_m=pass_within_m,
     )
     always = seldom = Progress()
@@ -59,12 +61,20 @@ def test_coming_nearer_changes_nothing_else():
 
 
 def test_a_start_on_the_first_waypoint_reaches_it_at_once():
-    mission = Mission("test", START, np.array([[0.0, 0, 0], [5.0, 0, 0]]), 1.0)
+    mission = Mission(
+        "test", START, waypoints_m=np.array([[0.0, 0, 0], [5.0, 0, 0]]), reach_radius_m=1.0
+    )
     assert advanced(mission, Progress(), np.zeros(3), 0.0).goal == 1
 
 
 def test_landing_points_follow_the_waypoints():
-    mission = Mission("test", START, np.array([[5.0, 0, 0]]), 1.0, np.array([[5.0, 0, -3.0]]))
+    mission = Mission(
+        "test",
+        START,
+        waypoints_m=np.array([[5.0, 0, 0]]),
+        reach_radius_m=1.0,
+        landing_m=np.array([[5.0, 0, -3.0]]),
+    )
     progress = advanced(mission, Progress(), np.array([5.0, 0, 0]), 5.0)
     assert progress.landing(mission)
     assert not progress.done(mission)
@@ -121,7 +131,12 @@ def test_without_a_known_way_it_flies_away_first():
 
 def test_impossible_missions_are_refused_with_every_reason():
     with pytest.raises(InputError) as refused:
-        Mission("bad", START, np.array([[0, 0, 0], [0.5, 0, 0], [np.nan, 0, 0]]), 1.0)
+        Mission(
+            "bad",
+            START,
+            waypoints_m=np.array([[0, 0, 0], [0.5, 0, 0], [np.nan, 0, 0]]),
+            reach_radius_m=1.0,
+        )
     assert "waypoints_m[1]: 0.5 m from the one before" in str(refused.value)
     assert "finite" in str(refused.value)
 

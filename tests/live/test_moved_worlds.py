@@ -42,11 +42,17 @@ def decided(seed: int, quarter: int, shift_m: FloatArray) -> tuple[list[Decision
     states, scans, target_m = flight(seed)
     turn = QUARTERS[quarter]
     moved = [
-        State(turn @ state.position_m + shift_m, [0.0, 0.0, quarter * np.pi / 2.0], state.time_s)
+        State(
+            turn @ state.position_m + shift_m,
+            [0.0, 0.0, quarter * np.pi / 2.0],
+            time_s=state.time_s,
+        )
         for state in states
     ]
-    mission = Mission("moved", moved[0], np.array([turn @ target_m + shift_m]), 1.5)
-    system = AvoidanceSystem(PLANNER, mission, (LIDAR,))
+    mission = Mission(
+        "moved", moved[0], waypoints_m=np.array([turn @ target_m + shift_m]), reach_radius_m=1.5
+    )
+    system = AvoidanceSystem(PLANNER, mission, lidars=(LIDAR,))
     decisions = []
     for state, scan in zip(moved, scans, strict=True):
         system.update(state)

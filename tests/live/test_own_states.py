@@ -24,7 +24,7 @@ def kept(*times_s: float, history_s: float = 10.0, turn_rps: float = 0.5) -> Own
     states = OwnStates(history_s, Flown(AUTOMATON, history_s))
     for time_s in times_s:
         yaw = (turn_rps * time_s + np.pi) % (2.0 * np.pi) - np.pi
-        assert states.take(State([2.0 * time_s, 0.0, 0.0], [0.0, 0.0, yaw], time_s)) is None
+        assert states.take(State([2.0 * time_s, 0.0, 0.0], [0.0, 0.0, yaw], time_s=time_s)) is None
     return states
 
 
@@ -66,7 +66,7 @@ def flown_through(
         flown.then(buffer)
         part, _ = buffer.split(ends)
         vector = part.rollout(AUTOMATON, truth[-1].vector, np.inf).states[-1]
-        truth.append(State(vector[:3], vector[3:], ends))
+        truth.append(State(vector[:3], vector[3:], time_s=ends))
     return flown, truth
 
 

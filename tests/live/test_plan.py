@@ -31,8 +31,8 @@ AHEAD = mission((30.0, 8.0, 4.0))
 
 def decided(time_s, attitude=(0.0, 0.0, 0.0), to_fly=AHEAD):
     """A system that has just decided, and the own state that it decided for."""
-    live = AvoidanceSystem(PLANNER, to_fly, (LIDAR,))
-    here = State([1.0, -2.0, 3.0], attitude, time_s)
+    live = AvoidanceSystem(PLANNER, to_fly, lidars=(LIDAR,))
+    here = State([1.0, -2.0, 3.0], attitude, time_s=time_s)
     live.update(here)
     live.update(simulate_scan(LIDAR, ObstacleMap(), here))
     live.decide(time_s)
@@ -40,7 +40,7 @@ def decided(time_s, attitude=(0.0, 0.0, 0.0), to_fly=AHEAD):
 
 
 def test_before_the_first_decision_nothing_is_flown():
-    live = AvoidanceSystem(PLANNER, AHEAD, (LIDAR,))
+    live = AvoidanceSystem(PLANNER, AHEAD, lidars=(LIDAR,))
     live.update(State(np.zeros(3)))
     for time_s in (-1.0, 0.0, 1.0, np.inf, np.nan):
         assert live.movement_at(time_s) is None
@@ -79,7 +79,7 @@ def test_right_after_a_decision_and_until_its_end_it_says_what_to_fly(begin_s, p
 
 def test_the_next_decision_begins_another_plan_from_the_state_it_decides_for():
     live, _ = decided(0.0)
-    later = State([2.0, 5.0, 3.0], [0.0, 0.0, 0.4], 1.0)
+    later = State([2.0, 5.0, 3.0], [0.0, 0.0, 0.4], time_s=1.0)
     live.update(later)
     live.decide(1.0)
     assert live.state_at(1.0).position_m.tolist() == [2.0, 5.0, 3.0]
@@ -97,11 +97,11 @@ def test_own_states_that_come_do_not_move_the_plan():
 def test_who_looks_to_and_fro_leaves_at_last_and_who_is_shut_in_holds():
     able = MovementAutomaton.multirotor()
     hovering = Planner.of(ReachLibrary.build(able, GRID), AvoidanceSettings(escape="off"))
-    box = [Obstacle.cuboid(1.6 * side, 0.5 + 5.5 * (side == 0.0), 0.0) for side in SIDES]
+    box = [Obstacle.cuboid(1.6 * side, 0.5 + 5.5 * (side == 0.0), radius_m=0.0) for side in SIDES]
 
     def stands(obstacles, stood):
         there = Situation(State(np.zeros(3)), np.array([-20.0, 0.0, 0.0]), obstacle_map=obstacles)
-        begins = decide(hovering, there, Commitment(stood=stood)).movements[0]
+        begins = decide(hovering, there, commitment=Commitment(stood=stood)).movements[0]
         return able.stands[able.names.index(begins)]
 
     assert [stands(None, stood) for stood in (0, 1, 9)] == [True, True, False], "it is behind"
@@ -134,7 +134,7 @@ def test_the_plan_holds_until_it_ends_or_has_to_be_renewed():
 
 def test_the_simulator_flies_what_the_plan_says():
     """Movement by movement: the names flown are those that the system says at each beginning."""
-    live = AvoidanceSystem(PLANNER, STATIC, (LIDAR,))
+    live = AvoidanceSystem(PLANNER, STATIC, lidars=(LIDAR,))
     said = []
     truly = live.movement_at
 
@@ -143,7 +143,7 @@ def test_the_simulator_flies_what_the_plan_says():
         return said[-1][1]
 
     live.movement_at = heard
-    run = simulate(live, static_world(), (LIDAR,))
+    run = simulate(live, static_world(), lidars=(LIDAR,))
     assert [movement.name for _, movement in said] == list(run.movements)
     begins = [time_s for time_s, _ in said]
     for entry in run.decisions:
@@ -158,10 +158,11 @@ def test_a_pilot_with_nothing_to_fly_is_an_error_that_says_so():
             return None
 
     idle = Idle(
-        AvoidanceSystem(PLANNER, AHEAD, (LIDAR,)), lambda _, __: Manoeuvre(("Straight",), "on")
+        AvoidanceSystem(PLANNER, AHEAD, lidars=(LIDAR,)),
+        lambda _, __: Manoeuvre(("Straight",), "on"),
     )
     with pytest.raises(ClearwayError, match="nothing to fly at 0 s"):
-        simulate(idle, ObstacleMap(), (LIDAR,))
+        simulate(idle, ObstacleMap(), lidars=(LIDAR,))
 
 
 @given(

@@ -15,12 +15,14 @@ LASTS_S = 40.0
 
 
 def flown_from(hunt, seed, lasts_s=LASTS_S):
-    mission = Mission("hunted", State(np.zeros(3)), np.array([[80.0, 0.0, 0.0]]), 1.5)
+    mission = Mission(
+        "hunted", State(np.zeros(3)), waypoints_m=np.array([[80.0, 0.0, 0.0]]), reach_radius_m=1.5
+    )
     return simulate(
         AvoidanceSystem(planner_at(1.0), mission),
         ObstacleMap(),
-        (),
-        SimulationSettings(seed=seed, time_limit_s=lasts_s),
+        lidars=(),
+        settings=SimulationSettings(seed=seed, time_limit_s=lasts_s),
         traffic=Pursuer(hunt, RADIUS_M),
     )
 

@@ -39,7 +39,9 @@ def room(center: FloatArray, width_m: float = 6.0, gap_m: float = 0.0) -> list[O
 
 
 def wall(extent_m: float) -> Obstacle:
-    return Obstacle.plane([10, 0, 0], (extent_m, extent_m), 0.1, [0, QUARTER, 0], "wall")
+    return Obstacle.plane(
+        [10, 0, 0], (extent_m, extent_m), radius_m=0.1, orientation_rad=[0, QUARTER, 0], name="wall"
+    )
 
 
 def clearance_along(route: Route, world: ObstacleMap) -> float:
@@ -161,7 +163,7 @@ def assert_open(gap_m: float, yaw_rad: float, roll_rad: float) -> None:
 
 
 def test_waypoints_inside_and_too_near_are_refused_by_name() -> None:
-    world = ObstacleMap([Obstacle.ball([10, 0, 0], 2.0, "tank"), wall(0.5)])
+    world = ObstacleMap([Obstacle.ball([10, 0, 0], 2.0, name="tank"), wall(0.5)])
     points = [[7.9, 0, 0], [10, 0.5, 0.5], [12.3, 0, 0], [20, 0, 0]]
     reasons = check_mission(points, world, MARGIN_M, REACH_M)
     assert reasons[0] == (

@@ -29,7 +29,7 @@ COUNT = "state: the own place jumped; what was seen to be free is forgotten"
 
 
 def after_one_decision(world=None) -> AvoidanceSystem:
-    system = AvoidanceSystem(PLANNER, FAR, (LIDAR,))
+    system = AvoidanceSystem(PLANNER, FAR, lidars=(LIDAR,))
     here = State(np.zeros(3))
     system.update(here)
     system.update(simulate_scan(LIDAR, world or ObstacleMap([]), here))

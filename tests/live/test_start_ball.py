@@ -19,7 +19,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 GRID = AvoidanceGrid.uniform()
 BODY = AvoidanceSettings(safety_margin_m=0.6, body_radius_m=0.3)
-PATTERN = BeamPattern.per_cell(GRID, 8, 4, max_range_m=10.0)
+PATTERN = BeamPattern.per_cell(GRID, 8, elevations_per_cell=4, max_range_m=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,9 @@ def stops() -> Planner:
 
 
 def lidar(place_m: tuple[float, float, float], down_rad: float = 0.0) -> Lidar:
-    return Lidar("front", PATTERN, Mounting(np.array(place_m), np.array([0.0, down_rad, 0.0])))
+    return Lidar(
+        "front", PATTERN, mounting=Mounting(np.array(place_m), np.array([0.0, down_rad, 0.0]))
+    )
 
 
 def test_of_a_small_body_a_movement_is_enough(stops: Planner) -> None:
@@ -57,10 +59,10 @@ def test_from_elsewhere_more_counts_as_free_and_that_is_said(
     assert f"{plan.start_free_m:.3g} m about the start count as free" in plan.why
     for asked_m, leaves in ((None, True), (1.0, False)):
         settings = replace(stops.settings, start_free_m=asked_m)
-        mission = Mission("on", start, np.array([[30.0, 0.0, 0.0]]))
-        system = AvoidanceSystem(replace(stops, settings=settings), mission, (sensor,))
+        mission = Mission("on", start, waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+        system = AvoidanceSystem(replace(stops, settings=settings), mission, lidars=(sensor,))
         system.update(start)
-        system.update(Scan(np.zeros((0, 3)), 0.0, "front"))
+        system.update(Scan(np.zeros((0, 3)), 0.0, sensor="front"))
         flown = system.decide(0.0)
         assert flown.decision.way_out is not None
         assert (flown.movements[0] == "Straight") is leaves

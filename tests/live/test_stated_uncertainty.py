@@ -28,10 +28,10 @@ FIVE_DEG = np.radians(5.0)
 def test_with_an_attitude_off_by_what_is_stated_the_margin_is_kept(seed):
     world, there = ball_world(seed)
     run = simulate(
-        AvoidanceSystem(PLANNER, there, (LIDAR,)),
+        AvoidanceSystem(PLANNER, there, lidars=(LIDAR,)),
         world,
-        (LIDAR,),
-        SimulationSettings(seed=seed, attitude_sigma_rad=FIVE_DEG),
+        lidars=(LIDAR,),
+        settings=SimulationSettings(seed=seed, attitude_sigma_rad=FIVE_DEG),
     )
     assert run.reached
     assert run.metrics.margin_violations == 0
@@ -52,7 +52,7 @@ def test_a_mapped_ball_far_away_is_kept_from_by_more_than_one_nearby():
 
 
 def test_returns_stand_for_all_places_where_they_may_be():
-    scan = Scan(np.array([[2.0, 0.0, 0.0], [9.0, 1.0, 0.0]]), 0.0, "lidar")
+    scan = Scan(np.array([[2.0, 0.0, 0.0], [9.0, 1.0, 0.0]]), 0.0, sensor="lidar")
     empty = PointMemory.empty(0.12)
     sure = update_memory(empty, LIDAR, scan, State(np.zeros(3)))
     unsure = update_memory(empty, LIDAR, scan, State(np.zeros(3)), angle_rad=3.0 * FIVE_DEG)
@@ -68,7 +68,7 @@ def test_a_sweep_that_may_look_elsewhere_forgets_nothing():
     seen = update_memory(PointMemory.empty(0.12), LIDAR, simulate_scan(LIDAR, ball, here), here)
     forgotten = remembered = seen
     for second in (1.0, 2.0, 3.0):
-        nothing = Scan(np.zeros((0, 3)), second, "lidar")
+        nothing = Scan(np.zeros((0, 3)), second, sensor="lidar")
         forgotten = update_memory(forgotten, LIDAR, nothing, here)
         remembered = update_memory(remembered, LIDAR, nothing, here, angle_rad=3.0 * FIVE_DEG)
     assert len(forgotten.radius_m) < len(seen.radius_m)
@@ -79,17 +79,17 @@ def test_a_sweep_that_may_look_elsewhere_forgets_nothing():
 def test_a_margin_that_grows_is_news_at_once(grows):
     """The plan passes the ball by the margin; once less is certain, it no longer does."""
     ball = ObstacleMap([Obstacle.ball([5.0, 0.2, 0.0], 1.0)])
-    live = AvoidanceSystem(PLANNER, mission((30.0, 0.0, 0.0)), (), ball)
+    live = AvoidanceSystem(PLANNER, mission((30.0, 0.0, 0.0)), lidars=(), obstacle_map=ball)
     live.update(State(np.zeros(3)))
     assert live.decide(0.0).decision.margin_m == 0.6
     assert live.due(0.1) is None
     live.update(live.state_at(0.2))
     assert live.due(0.2) is None
     there = live.state_at(0.3)
-    live.update(State(there.position_m, there.attitude_rad, 0.3, **grows))
+    live.update(State(there.position_m, there.attitude_rad, time_s=0.3, **grows))
     assert "m of the map" in (live.due(0.3) or "")
     live.decide(0.3)
-    live.update(State(there.position_m, there.attitude_rad, 0.31, **grows))
+    live.update(State(there.position_m, there.attitude_rad, time_s=0.31, **grows))
     assert live.due(0.31) is None, "decided with the grown margin"
 
 

@@ -68,8 +68,8 @@ def test_the_way_out_in_hand_is_flown_on_and_on_while_it_keeps_the_margin() -> N
     situation, _ = system.situation(6.0)
     way = run.decisions[-1].flight.decision.way_out
     assert way is not None
-    goes = decide(planner, situation, Commitment(way_out=way))
-    stays = decide(planner, situation, Commitment(way_out=way, stays=True))
+    goes = decide(planner, situation, commitment=Commitment(way_out=way))
+    stays = decide(planner, situation, commitment=Commitment(way_out=way, stays=True))
     assert goes.choice.basis is Basis.RATED
     assert stays.choice.basis is Basis.WAY_OUT
     assert stays.movements == way.movements[:1]

@@ -23,7 +23,7 @@ BALL = ObstacleMap([Obstacle.ball([8.0, 0.0, 0.0], 1.5)])
 
 
 def system(**more):
-    return AvoidanceSystem(PLANNER, MISSION, (LIDAR,), **more)
+    return AvoidanceSystem(PLANNER, MISSION, lidars=(LIDAR,), **more)
 
 
 def state(time_s, x=0.0, **more):
@@ -37,17 +37,19 @@ def test_deciding_without_an_own_state_is_refused():
 
 def test_unusable_readings_are_counted_by_reason():
     live = system()
-    live.update(Scan(np.zeros((0, 3)), 0.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 0.0, sensor="lidar"))
     live.update(state(1.0))
     live.update(state(1.0))
     live.update(state(0.5))
     assert not live.receive(State, [np.nan, 0, 0], time_s=2.0)
-    assert not live.receive(State, [9.0, 0, 0], [0, 0, 0], 2.0, -1.0, np.inf)
-    assert not live.receive(Scan, np.zeros((0, 3)), np.nan, "lidar")
+    assert not live.receive(
+        State, [9.0, 0, 0], time_s=2.0, position_std_m=-1.0, attitude_std_rad=np.inf
+    )
+    assert not live.receive(Scan, np.zeros((0, 3)), np.nan, sensor="lidar")
     assert not live.receive(Intruder, [0, 0, np.inf], ["x", 0, 0])
-    live.update(Scan(np.zeros((0, 3)), 1.0, "radar"))
-    live.update(Scan(np.zeros((0, 3)), 1.0, "lidar"))
-    live.update(Scan(np.zeros((0, 3)), 0.3, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 1.0, sensor="radar"))
+    live.update(Scan(np.zeros((0, 3)), 1.0, sensor="lidar"))
+    live.update(Scan(np.zeros((0, 3)), 0.3, sensor="lidar"))
     at_once = {
         "state: unusable position_m": 1,
         "state: unusable position_std_m, attitude_std_rad": 1,
@@ -57,7 +59,7 @@ def test_unusable_readings_are_counted_by_reason():
     }
     assert dict(live.counts) == at_once
     live.catch_up(1.0)
-    live.update(Scan(np.zeros((0, 3)), 0.9, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 0.9, sensor="lidar"))
     live.update(state(0.8))
     live.catch_up(1.0)
     assert dict(live.counts) == {
@@ -71,7 +73,7 @@ def test_unusable_readings_are_counted_by_reason():
 def test_readings_out_of_order_before_a_question_are_all_used():
     live = system()
     for time_s in (0.6, 0.2, 0.4, 0.0):
-        live.update(Scan(np.zeros((0, 3)), time_s, "lidar"))
+        live.update(Scan(np.zeros((0, 3)), time_s, sensor="lidar"))
         live.update(state(time_s, x=time_s))
     live.catch_up(0.6)
     assert not live.counts
@@ -81,18 +83,18 @@ def test_readings_out_of_order_before_a_question_are_all_used():
 def test_readings_from_the_future_are_counted_and_shut_nothing_out():
     live = system()
     live.update(state(0.0))
-    live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 60.0, sensor="lidar"))
     live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=60.0))
     live.catch_up(0.0)
     assert dict(live.counts) == {"scan: from the future": 1, "intruder: from the future": 1}
-    live.update(Scan(np.zeros((0, 3)), 0.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 0.0, sensor="lidar"))
     live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=0.5))
     situation, scan_age_s = live.situation(1.0)
     assert scan_age_s == 1.0
     assert [intruder.name for intruder in situation.intruders] == ["i"]
     # Whoever asks tells the time, without own states too.
     live.due(60.0)
-    live.update(Scan(np.zeros((0, 3)), 60.0, "lidar"))
+    live.update(Scan(np.zeros((0, 3)), 60.0, sensor="lidar"))
     assert live.counts["scan: from the future"] == 1
 
 
@@ -133,7 +135,7 @@ def test_nan_points_of_a_scan_do_no_harm():
     live.update(state(0.0))
     points = np.full((50, 3), np.nan)
     points[:10] = [5.0, 0.0, 0.0]
-    live.update(Scan(points, 0.0, "lidar"))
+    live.update(Scan(points, 0.0, sensor="lidar"))
     decision = live.decide(0.0).decision
     assert np.isfinite(decision.path_m).all()
     assert len(decision.hazards.points.radius_m) >= 1
@@ -212,17 +214,17 @@ def test_at_the_end_of_a_movement_any_news_counts():
 
 def test_without_verification_all_news_counts():
     careless = replace(PLANNER, settings=replace(PLANNER.settings, verify=False))
-    live = AvoidanceSystem(careless, MISSION, (LIDAR,))
+    live = AvoidanceSystem(careless, MISSION, lidars=(LIDAR,))
     live.update(state(0.0))
     live.decide(0.0)
-    live.update(Scan(np.array([[0.0, 5.0, 0.0]]), 0.0, "lidar"))
+    live.update(Scan(np.array([[0.0, 5.0, 0.0]]), 0.0, sensor="lidar"))
     assert live.due(0.4) == "new returns"
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
     world, there = ball_world(seed)
-    live = AvoidanceSystem(PLANNER, there, (LIDAR,), world)
+    live = AvoidanceSystem(PLANNER, there, lidars=(LIDAR,), obstacle_map=world)
     at = there.start
     for second in range(12):
         live.update(replace(at, time_s=float(second)))
@@ -288,7 +290,7 @@ def test_a_remembered_obstacle_outside_the_field_of_view_still_counts():
     live = system()
     live.update(state(0.0))
     live.update(simulate_scan(LIDAR, BALL, state(0.0), 1))
-    turned = State(np.array([5.0, 0.0, 0.0]), np.array([0.0, 0.0, np.pi / 2]), 5.0)
+    turned = State(np.array([5.0, 0.0, 0.0]), np.array([0.0, 0.0, np.pi / 2]), time_s=5.0)
     live.update(turned)
     live.update(simulate_scan(LIDAR, BALL, turned, 1))
     assert len(live.decide(5.0).decision.hazards.points.radius_m) > 20
@@ -308,7 +310,11 @@ def test_the_mode_after_the_last_waypoint_is_landing():
     landing = AvoidanceSystem(
         PLANNER,
         type(MISSION)(
-            "land", state(0.0), np.array([[2.0, 0, 0]]), 1.5, np.array([[12.0, 0, -3.0]])
+            "land",
+            state(0.0),
+            waypoints_m=np.array([[2.0, 0, 0]]),
+            reach_radius_m=1.5,
+            landing_m=np.array([[12.0, 0, -3.0]]),
         ),
     )
     landing.update(state(0.0))
@@ -346,16 +352,23 @@ def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():
 def test_what_was_measured_before_a_decision_and_comes_after_it_makes_the_next_one_due():
     live = system()
     live.update(state(0.0))
-    live.update(Scan(np.array([[8.0, 0.0, 0.0]]), 0.0, "lidar"))
+    live.update(Scan(np.array([[8.0, 0.0, 0.0]]), 0.0, sensor="lidar"))
     live.decide(0.0)
     live.update(state(0.5, x=0.5))
     assert live.due(0.5) is None
-    late = Intruder(np.array([9.0, 1.0, 0.0]), np.array([-1.0, 0, 0]), np.zeros(2), 0.5, "A", -0.5)
+    late = Intruder(
+        np.array([9.0, 1.0, 0.0]),
+        np.array([-1.0, 0, 0]),
+        spread_rad=np.zeros(2),
+        radius_m=0.5,
+        name="A",
+        time_s=-0.5,
+    )
     live.update(late)
     assert live.due(0.5) == "the plan comes within -0.46 m of an intruder"
     live.decide(0.5)
     assert live.due(0.6) is None
-    live.update(Scan(np.array([[7.0, 0.0, 0.0]]), 0.4, "lidar"))
+    live.update(Scan(np.array([[7.0, 0.0, 0.0]]), 0.4, sensor="lidar"))
     assert live.due(0.6) is None
     assert live.due(1.5) is not None
 

@@ -58,7 +58,12 @@ def test_an_escape_before_anything_was_seen_is_no_dead_end(tmp_path: Path) -> No
     changes = {"lidar": {"max_range_m": 15.0}, "vehicle": {"body_radius_m": 0.1}}
     setup = make_case("forest", 0, {}, changes, tmp_path).setup
     system = setup.system()
-    run = simulate(system, setup.world, setup.lidars, SimulationSettings(seed=0, time_limit_s=4.0))
+    run = simulate(
+        system,
+        setup.world,
+        lidars=setup.lidars,
+        settings=SimulationSettings(seed=0, time_limit_s=4.0),
+    )
     decisions = [entry.flight.decision for entry in run.decisions]
     assert all(decision.escapes for decision in decisions)
     assert not any(decision.way_out and decision.way_out.certain for decision in decisions)

@@ -140,10 +140,10 @@ def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     not get past two balls in time."""
     planner = replace(planner, settings=replace(planner.settings, escape=escape))
     balls = BallWorld.of(((9.0, 0.4, 0.0), 1.5), ((18.0, -1.0, 0.5), 1.5))
-    mission = Mission("windy", State(np.zeros(3)), np.array([[26.0, 0.0, 0.0]]))
+    mission = Mission("windy", State(np.zeros(3)), waypoints_m=np.array([[26.0, 0.0, 0.0]]))
     lidar = Lidar("lidar", BeamPattern.per_cell(planner.grid, max_range_m=10.0))
-    system = AvoidanceSystem(planner, mission, [lidar])
-    run = simulate(system, balls, [lidar], SimulationSettings(wind_mps=wind))
+    system = AvoidanceSystem(planner, mission, lidars=[lidar])
+    run = simulate(system, balls, lidars=[lidar], settings=SimulationSettings(wind_mps=wind))
     assert run.reached or (escape == "strict" and wind[0] < 0.0)
     assert run.crashed_s is None
     assert run.metrics.margin_violations == 0

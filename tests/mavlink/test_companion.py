@@ -318,7 +318,7 @@ def past_posts(**habits: Any) -> SimulatedFlight:
         lidar=[{"max_range_m": 10}],
     )
     places = [(-6, 0), (6, 6), (-6, 6), (-6, -6), (6, -6), (0, 7), (0, -7), (8, 0.5)]
-    posts = [Obstacle.line_between((x, y, 0), (x, y, 14), 0.3) for x, y in places]
+    posts = [Obstacle.line_between((x, y, 0), (x, y, 14), radius_m=0.3) for x, y in places]
     setup = replace(setup, world=CombinedWorld([ObstacleMap(posts)]))
     return SimulatedFlight(file, setup, Habits(sectors=True, acceleration_mps2=3.0, **habits))
 

@@ -18,7 +18,7 @@ from clearway.mavlink.reasons import Sayings
 
 
 def test_an_alarm_is_told_once() -> None:
-    system = AvoidanceSystem(planner(), mission((60.0, 0.0, 0.0)), (LIDAR,))
+    system = AvoidanceSystem(planner(), mission((60.0, 0.0, 0.0)), lidars=(LIDAR,))
     system.update(State(np.zeros(3)))
     calm = system.decide(0.0)
     stays = replace(calm, alarms=(Alarm(AlarmKind.STAYS, "it stays", False),))

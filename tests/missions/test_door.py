@@ -61,7 +61,7 @@ def test_scans_of_a_folder_with_poses(tmp_path: Path) -> None:
 def test_recorded_scans_go_straight_into_the_live_system() -> None:
     setup = prepare(cw.read_mission("static-obstacles"))
     scan = cw.read_scan(STREET)
-    system = cw.AvoidanceSystem(setup.planner, setup.mission, [scan.lidar])
+    system = cw.AvoidanceSystem(setup.planner, setup.mission, lidars=[scan.lidar])
     system.update(cw.State(np.zeros(3)))
     system.update(scan)
     assert not system.counts

@@ -201,8 +201,8 @@ def test_a_recording_that_ends_at_the_closest_point_is_flown_straight_on() -> No
 
 def test_a_waypoint_abeam_counts_where_that_is_asked_for() -> None:
     start, goals = State(np.zeros(3)), np.array([[100.0, 0.0, 0.0], [200.0, 0.0, 0.0]])
-    strict = Mission("m", start, goals, 5.0)
-    passing = Mission("m", start, goals, 5.0, pass_within_m=40.0)
+    strict = Mission("m", start, waypoints_m=goals, reach_radius_m=5.0)
+    passing = Mission("m", start, waypoints_m=goals, reach_radius_m=5.0, pass_within_m=40.0)
     for place, expected in (
         ([99.0, 30.0, 0.0], 0),
         ([101.0, 30.0, 0.0], 1),

@@ -35,9 +35,11 @@ def crowd(seed: int, count: int) -> Shapes:
         size, turn = rng.uniform(0.01, 5.0, 3), rng.normal(size=3)
         told.append(
             (
-                Obstacle.cuboid(middle, (size[0], size[1], size[2]), 0.1, turn),
+                Obstacle.cuboid(
+                    middle, (size[0], size[1], size[2]), radius_m=0.1, orientation_rad=turn
+                ),
                 Obstacle.ball(middle, 0.5 * size[0]),
-                Obstacle.line(middle, 2.0 * size[0], 0.02, turn),
+                Obstacle.line(middle, 2.0 * size[0], radius_m=0.02, orientation_rad=turn),
             )[rng.integers(3)]
         )
     return shapes_of(told)

@@ -23,22 +23,31 @@ QUARTER = np.pi / 2
 
 KNOWN = {
     "ball_center": [Obstacle.ball([5, 0, 0], 1.0)],
-    "line_y": [Obstacle.line([6, 0, 0], 4.0, 0.3, [0, 0, QUARTER])],
-    "cuboid_axis": [Obstacle.cuboid([6, 1, 0], (2.0, 2.0, 2.0), 0.1)],
+    "line_y": [Obstacle.line([6, 0, 0], 4.0, radius_m=0.3, orientation_rad=[0, 0, QUARTER])],
+    "cuboid_axis": [Obstacle.cuboid([6, 1, 0], (2.0, 2.0, 2.0), radius_m=0.1)],
     "U_two_overlapping_balls": [Obstacle.ball([5, 0, 0], 1.0), Obstacle.ball([5.5, 0.8, 0.3], 1.0)],
 }
 
 INSIDE = {
-    "wire": Obstacle.line([7.0, 0.3, 0.2], 4.0, 0.0075, [0.1, 0.3, -0.9]),
-    "sharp box": Obstacle.cuboid([6.5, 0.3, 0.0], (2.0, 1.5, 1.2), 0.0, [0.5, -0.4, 0.8]),
-    "rounded box": Obstacle.cuboid([6.5, 0.3, 0.0], (1.0, 1.5, 1.2), 0.03, [0.5, -0.4, 0.8]),
-    "sheet": Obstacle.plane([6.5, 0.3, 0.0], (2.0, 2.5), 0.002, [0.2, 0.7, 0.4]),
+    "wire": Obstacle.line([7.0, 0.3, 0.2], 4.0, radius_m=0.0075, orientation_rad=[0.1, 0.3, -0.9]),
+    "sharp box": Obstacle.cuboid(
+        [6.5, 0.3, 0.0], (2.0, 1.5, 1.2), radius_m=0.0, orientation_rad=[0.5, -0.4, 0.8]
+    ),
+    "rounded box": Obstacle.cuboid(
+        [6.5, 0.3, 0.0], (1.0, 1.5, 1.2), radius_m=0.03, orientation_rad=[0.5, -0.4, 0.8]
+    ),
+    "sheet": Obstacle.plane(
+        [6.5, 0.3, 0.0], (2.0, 2.5), radius_m=0.002, orientation_rad=[0.2, 0.7, 0.4]
+    ),
     "small ball": Obstacle.ball([3.3, 0.4, -0.2], 0.05),
 }
 
 TRICKY = {
     "same ball three times": [Obstacle.ball([6, 0.13, 0], 1.0)] * 3,
-    "same sheet three times": [Obstacle.plane([6, 0, 0], (5.0, 5.0), 0.1, [0.3, 1.2, 0.2])] * 3,
+    "same sheet three times": [
+        Obstacle.plane([6, 0, 0], (5.0, 5.0), radius_m=0.1, orientation_rad=[0.3, 1.2, 0.2])
+    ]
+    * 3,
     "boxes side by side": [
         Obstacle.cuboid([6, -0.87, 0], (4.0, 2.0, 6.0)),
         Obstacle.cuboid([6, 1.13, 0], (4.0, 2.0, 6.0)),
@@ -48,11 +57,12 @@ TRICKY = {
         Obstacle.cuboid([7.13, 0, 0], (2.0, 6.0, 6.0)),
     ],
     "stack of sheets": [
-        Obstacle.plane([x, 0, 0], (2.5, 2.5), 0.02, [0, QUARTER, 0]) for x in (6.0, 6.2, 6.4)
+        Obstacle.plane([x, 0, 0], (2.5, 2.5), radius_m=0.02, orientation_rad=[0, QUARTER, 0])
+        for x in (6.0, 6.2, 6.4)
     ],
     "crossed walls": [
         Obstacle.cuboid([6, 0, 0], (8.0, 0.4, 5.0)),
-        Obstacle.cuboid([6, 0, 0], (0.4, 8.0, 5.0), 0.0, [0, 0, 0.3]),
+        Obstacle.cuboid([6, 0, 0], (0.4, 8.0, 5.0), radius_m=0.0, orientation_rad=[0, 0, 0.3]),
     ],
 }
 
@@ -70,9 +80,11 @@ def random_obstacles(seed: int, count: int) -> list[Obstacle]:
         obstacles.append(
             (
                 Obstacle.ball(position, radius),
-                Obstacle.line(position, size[0], radius, turn),
-                Obstacle.plane(position, (size[0], size[1]), radius, turn),
-                Obstacle.cuboid(position, (size[0], size[1], size[2]), 0.0, turn),
+                Obstacle.line(position, size[0], radius_m=radius, orientation_rad=turn),
+                Obstacle.plane(position, (size[0], size[1]), radius_m=radius, orientation_rad=turn),
+                Obstacle.cuboid(
+                    position, (size[0], size[1], size[2]), radius_m=0.0, orientation_rad=turn
+                ),
             )[rng.integers(4)]
         )
     return obstacles
@@ -125,7 +137,10 @@ def test_fast_is_within_its_tolerance_of_the_reference_where_surfaces_meet(case:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_fast_is_within_its_tolerance_of_the_reference_in_random_worlds(seed: int) -> None:
-    grid = (GRID, AvoidanceGrid.uniform((1.0, 12.0), 8, 60, 5, 30, 9))[seed % 2]
+    grid = (
+        GRID,
+        AvoidanceGrid.uniform((1.0, 12.0), 8, azimuth_deg=60, columns=5, elevation_deg=30, rows=9),
+    )[seed % 2]
     shapes = shapes_of(random_obstacles(seed, 2 + seed))
     error = np.abs(base_probability(shapes, grid) - base_probability(shapes, grid, "reference"))
     assert error.max() <= 0.03
@@ -136,7 +151,9 @@ def sheets(count: int) -> list[Obstacle]:
     """All through the grid: a fifth of them meet in a cell, and fill it only together."""
     rng = np.random.default_rng(count)
     return [
-        Obstacle.plane(middle, (30.0, 30.0), 0.005, rng.uniform(-np.pi, np.pi, 3))
+        Obstacle.plane(
+            middle, (30.0, 30.0), radius_m=0.005, orientation_rad=rng.uniform(-np.pi, np.pi, 3)
+        )
         for middle in rng.uniform([1, -8, -5], [11, 8, 5], (count, 3))
     ]
 
@@ -156,7 +173,10 @@ def test_where_very_many_meet_fewer_parts_of_a_cell_tell_as_much(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_fine_is_near_the_reference_with_few_large_cells_too(seed: int) -> None:
-    grid = (GRID, AvoidanceGrid.uniform(10.0, 1, 45.0, 3, 30.0, 2))[seed % 2]
+    grid = (
+        GRID,
+        AvoidanceGrid.uniform(10.0, 1, azimuth_deg=45.0, columns=3, elevation_deg=30.0, rows=2),
+    )[seed % 2]
     shapes = shapes_of(random_obstacles(seed, 5))
     fine = base_probability(shapes, grid, "fine")
     error = np.abs(fine - base_probability(shapes, grid, "reference"))
@@ -201,9 +221,11 @@ def test_moving_grid_and_obstacles_together_changes_nothing(seed: int) -> None:
             Obstacle(
                 obstacle.shape,
                 turn @ obstacle.position_m + shift,
-                attitude_from_rotation(turn @ world_from_body(obstacle.orientation_rad)),
-                obstacle.size_m,
-                obstacle.radius_m,
+                orientation_rad=attitude_from_rotation(
+                    turn @ world_from_body(obstacle.orientation_rad)
+                ),
+                size_m=obstacle.size_m,
+                radius_m=obstacle.radius_m,
             )
             for obstacle in obstacles
         ]
@@ -260,7 +282,9 @@ def test_coating_is_the_same_of_one_shape_and_of_many_on_it_but_where_these_are_
     count: int,
 ) -> None:
     """Then a cell may be taken for coated that merely is near."""
-    shape = Obstacle.cuboid([6.5, 0.4, 0.1], (1.0, 2.0, 1.5), 0.05, [0.3, 0.2, -0.5])
+    shape = Obstacle.cuboid(
+        [6.5, 0.4, 0.1], (1.0, 2.0, 1.5), radius_m=0.05, orientation_rad=[0.3, 0.2, -0.5]
+    )
     alone = coated_cells(shapes_of([shape]), GRID, 0.6)
     many = coated_cells(shapes_of([shape] * count), GRID, 0.6)
     if count <= 30:
@@ -271,7 +295,9 @@ def test_coating_is_the_same_of_one_shape_and_of_many_on_it_but_where_these_are_
 
 
 def test_a_wire_is_coated() -> None:
-    wire = shapes_of([Obstacle.line([6, 0, 0], 8.0, 0.0075, [0, 0, QUARTER])])
+    wire = shapes_of(
+        [Obstacle.line([6, 0, 0], 8.0, radius_m=0.0075, orientation_rad=[0, 0, QUARTER])]
+    )
     coated = GRID.shaped(coated_cells(wire, GRID, 0.6))
     assert np.all(coated[5:7, 3, 2])
     assert not np.any(coated[:4])

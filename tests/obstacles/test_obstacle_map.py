@@ -25,9 +25,11 @@ def random_map(seed: int, count: int, extent_m: float) -> ObstacleMap:
         obstacles.append(
             (
                 Obstacle.ball(position, radius),
-                Obstacle.line(position, size[0], radius, turn),
-                Obstacle.plane(position, (size[0], size[1]), radius, turn),
-                Obstacle.cuboid(position, (size[0], size[1], size[2]), 0.0, turn),
+                Obstacle.line(position, size[0], radius_m=radius, orientation_rad=turn),
+                Obstacle.plane(position, (size[0], size[1]), radius_m=radius, orientation_rad=turn),
+                Obstacle.cuboid(
+                    position, (size[0], size[1], size[2]), radius_m=0.0, orientation_rad=turn
+                ),
             )[number % 4]
         )
     return ObstacleMap(obstacles)
@@ -110,6 +112,6 @@ def test_distances_do_not_depend_on_the_frame(seed: int) -> None:
 
 
 def test_label_names_the_obstacle() -> None:
-    world = ObstacleMap([Obstacle.ball([0, 0, 0], 1.0), Obstacle.ball([9, 0, 0], 1.0, "mast")])
+    world = ObstacleMap([Obstacle.ball([0, 0, 0], 1.0), Obstacle.ball([9, 0, 0], 1.0, name="mast")])
     assert world.label(0) == "obstacle 0 (ball)"
     assert world.label(1) == "obstacle 1 'mast' (ball)"

@@ -24,10 +24,15 @@ def random_obstacle(rng: np.random.Generator, spread_m: float = 5.0) -> Obstacle
     if kind == 0:
         return Obstacle.ball(position, radius)
     if kind == 1:
-        return Obstacle.line(position, size[0], radius, turn)
+        return Obstacle.line(position, size[0], radius_m=radius, orientation_rad=turn)
     if kind == 2:
-        return Obstacle.plane(position, (size[0], size[1]), radius, turn)
-    return Obstacle.cuboid(position, (size[0], size[1], size[2]), radius * rng.integers(2), turn)
+        return Obstacle.plane(position, (size[0], size[1]), radius_m=radius, orientation_rad=turn)
+    return Obstacle.cuboid(
+        position,
+        (size[0], size[1], size[2]),
+        radius_m=radius * rng.integers(2),
+        orientation_rad=turn,
+    )
 
 
 def distance(obstacle: Obstacle, point: Any) -> float:
@@ -67,10 +72,10 @@ def box_samples(obstacle: Obstacle, per_axis: int) -> Any:
 def test_distances_of_simple_shapes() -> None:
     assert distance(Obstacle.ball([1, 2, 3], 0.5), [1, 2, 5]) == pytest.approx(1.5)
     assert distance(Obstacle.ball([1, 2, 3], 0.5), [1, 2, 3]) == pytest.approx(-0.5)
-    wire = Obstacle.line([0, 0, 0], 4.0, 0.1)
+    wire = Obstacle.line([0, 0, 0], 4.0, radius_m=0.1)
     assert distance(wire, [1.5, 0.0, 1.0]) == pytest.approx(0.9)
     assert distance(wire, [5.0, 4.0, 0.0]) == pytest.approx(4.9)
-    plate = Obstacle.plane([0, 0, 0], (4.0, 2.0), 0.25)
+    plate = Obstacle.plane([0, 0, 0], (4.0, 2.0), radius_m=0.25)
     assert distance(plate, [1.0, 0.5, 3.0]) == pytest.approx(2.75)
     assert distance(plate, [0.0, 5.0, 3.0]) == pytest.approx(4.75)
     box = Obstacle.cuboid([0, 0, 0], (2.0, 4.0, 6.0))
@@ -79,17 +84,19 @@ def test_distances_of_simple_shapes() -> None:
 
 
 def test_rotation_follows_3_37() -> None:
-    left = Obstacle.line([0, 0, 0], 4.0, 0.1, [0.0, 0.0, np.pi / 2])
+    left = Obstacle.line([0, 0, 0], 4.0, radius_m=0.1, orientation_rad=[0.0, 0.0, np.pi / 2])
     assert distance(left, [0.0, 1.9, 0.0]) == pytest.approx(-0.1)
-    nose_down = Obstacle.line([0, 0, 0], 4.0, 0.1, [0.0, np.pi / 4, 0.0])
+    nose_down = Obstacle.line([0, 0, 0], 4.0, radius_m=0.1, orientation_rad=[0.0, np.pi / 4, 0.0])
     assert distance(nose_down, [1.0, 0.0, -1.0]) == pytest.approx(-0.1)
-    rolled = Obstacle.plane([0, 0, 0], (4.0, 2.0), 0.1, [np.pi / 2, 0.0, 0.0])
+    rolled = Obstacle.plane(
+        [0, 0, 0], (4.0, 2.0), radius_m=0.1, orientation_rad=[np.pi / 2, 0.0, 0.0]
+    )
     assert distance(rolled, [0.0, 0.0, 0.9]) == pytest.approx(-0.1)
 
 
 def test_line_between_runs_from_end_to_end() -> None:
     start, end = np.array([1.0, -2.0, 3.0]), np.array([4.0, 1.0, -5.0])
-    wire = Obstacle.line_between(start, end, 0.2)
+    wire = Obstacle.line_between(start, end, radius_m=0.2)
     for share in (0.0, 0.3, 1.0):
         assert distance(wire, start + share * (end - start)) == pytest.approx(-0.2)
     beyond = end + (end - start) / np.linalg.norm(end - start)
@@ -132,7 +139,7 @@ def test_a_ray_enters_where_the_distance_is_zero(seed: int) -> None:
 
 
 def test_ray_answers() -> None:
-    box = Obstacle.cuboid([5, 0, 0], (2.0, 2.0, 2.0), 0.5)
+    box = Obstacle.cuboid([5, 0, 0], (2.0, 2.0, 2.0), radius_m=0.5)
     assert entry(box, [0, 0, 0], [1, 0, 0]) == pytest.approx(3.5, abs=1e-9)
     assert entry(box, [0, 0, 0], [-1, 0, 0]) == np.inf
     assert entry(box, [0, 1.6, 0], [1, 0, 0]) == np.inf
@@ -146,10 +153,10 @@ def test_ray_answers() -> None:
 def test_volumes() -> None:
     assert Obstacle.ball([0, 0, 0], 2.0).volume_m3 == pytest.approx(32.0 / 3.0 * np.pi)
     assert Obstacle.cuboid([0, 0, 0], (1.0, 2.0, 3.0)).volume_m3 == pytest.approx(6.0)
-    capsule = Obstacle.line([0, 0, 0], 5.0, 1.0).volume_m3
+    capsule = Obstacle.line([0, 0, 0], 5.0, radius_m=1.0).volume_m3
     assert capsule == pytest.approx(np.pi * (5.0 + 4.0 / 3.0))
     rng = np.random.default_rng(0)
-    plate = Obstacle.plane([0, 0, 0], (2.0, 1.0), 0.5)
+    plate = Obstacle.plane([0, 0, 0], (2.0, 1.0), radius_m=0.5)
     points = rng.uniform(-1, 1, (100_000, 3)) * [1.5, 1.0, 0.5]
     shapes = shapes_of([plate])
     inside = np.mean([local_distance(x, y, z, shapes) <= 0.0 for x, y, z in points])

@@ -73,7 +73,7 @@ def test_an_empty_cloud_is_empty_space():
 )
 def test_impossible_clouds_are_refused(points, radius, labels, message):
     with pytest.raises(ClearwayError, match=message):
-        PointWorld(points, radius, labels)
+        PointWorld(points, radius, labels=labels)
 
 
 def test_a_real_survey_is_seen_and_kept_clear_of(data_dir):
@@ -81,7 +81,7 @@ def test_a_real_survey_is_seen_and_kept_clear_of(data_dir):
     survey = laspy.read(data_dir / "lidar" / "aerial" / "ahn_powerline_12AN2_20.laz")
     points = np.asarray(survey.xyz, dtype=np.float64)
     points = points - points.min(axis=0)
-    world = PointWorld(points, 0.3, np.asarray(survey.classification))
+    world = PointWorld(points, 0.3, labels=np.asarray(survey.classification))
     above = np.array([70.0, 200.0, 60.0])
     down = BeamPattern.rotating(np.linspace(-80.0, -40.0, 21), 5.0)
     ranges = world.cast(above, down.directions, 120.0)

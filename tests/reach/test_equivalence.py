@@ -69,7 +69,7 @@ def test_scale_does_not_matter(scale):
 
 @pytest.mark.nightly
 def test_a_full_set_holds_each_way_once_and_covers_the_same_cells():
-    grid = AvoidanceGrid.uniform(3.0, 3, 60.0, 5, 30.0, 3)
+    grid = AvoidanceGrid.uniform(3.0, 3, azimuth_deg=60.0, columns=5, elevation_deg=30.0, rows=3)
     automaton = MovementAutomaton((WHOLE, HALF, LEFT, RIGHT, HALF_LEFT), None)
     lattice = build_lattice(automaton, grid, (0.0,), 4)
     every = METHODS["full"]()(lattice, grid, 0.0, 4)
@@ -85,12 +85,12 @@ def test_a_full_set_holds_each_way_once_and_covers_the_same_cells():
             assert any(equivalent(automaton, np.zeros(6), chain, other) for other in chains)
     cells = [set(tree_of(rows, lattice, grid, 0.0).cell_index.tolist()) for rows in (every, once)]
     assert cells[0] == cells[1]
-    built = build_reach_set(automaton, grid, "full", depth=4)
+    built = build_reach_set(automaton, grid, method="full", depth=4)
     assert len(built.trajectories) == len(once)
 
 
 def test_another_pace_stays_in_a_set():
-    grid = AvoidanceGrid.uniform(3.0, 3, 60.0, 5, 30.0, 3)
+    grid = AvoidanceGrid.uniform(3.0, 3, azimuth_deg=60.0, columns=5, elevation_deg=30.0, rows=3)
     slow = Movement("Slow", 0.5, duration_s=2.0, smooth=True)
     automaton = MovementAutomaton((WHOLE, slow), None)
     lattice = build_lattice(automaton, grid, (0.0,), 3)

@@ -92,14 +92,20 @@ def test_flying_sets_pass_what_dense_samples_pass(pitch_deg: float) -> None:
 
 
 GRIDS = {
-    "even counts, with borders on the axes": AvoidanceGrid.uniform(6.0, 6, 45.0, 6, 30.0, 4),
+    "even counts, with borders on the axes": AvoidanceGrid.uniform(
+        6.0, 6, azimuth_deg=45.0, columns=6, elevation_deg=30.0, rows=4
+    ),
     "uneven edges": AvoidanceGrid(
         np.array([0.3, 1.0, 1.1, 2.7, 5.0]),
         np.radians([-70.0, -21.0, -20.0, 3.0, 50.0]),
-        np.radians([-45.0, -15.0, 1.0, 40.0]),
+        elevation_edges_rad=np.radians([-45.0, -15.0, 1.0, 40.0]),
     ),
-    "thin layers": AvoidanceGrid.uniform(4.0, 40, 60.0, 9, 45.0, 7),
-    "all round, to the poles": AvoidanceGrid.uniform(5.0, 5, 180.0, 12, 90.0, 6),
+    "thin layers": AvoidanceGrid.uniform(
+        4.0, 40, azimuth_deg=60.0, columns=9, elevation_deg=45.0, rows=7
+    ),
+    "all round, to the poles": AvoidanceGrid.uniform(
+        5.0, 5, azimuth_deg=180.0, columns=12, elevation_deg=90.0, rows=6
+    ),
 }
 
 
@@ -107,17 +113,17 @@ GRIDS = {
 def test_random_walks_through_other_grids(name: str) -> None:
     grid = GRIDS[name]
     automaton = MovementAutomaton.plane(turn_step_deg=20.0, pitch_limit_deg=40.0)
-    reach_set = build_reach_set(automaton, grid, "chaotic", spread=1, depth=8)
+    reach_set = build_reach_set(automaton, grid, method="chaotic", spread=1, depth=8)
     _differences(automaton, reach_set)
 
 
 def test_tight_turns_and_slow_movements() -> None:
-    grid = AvoidanceGrid.uniform(9.0, 9, 90.0, 9, 60.0, 9)
+    grid = AvoidanceGrid.uniform(9.0, 9, azimuth_deg=90.0, columns=9, elevation_deg=60.0, rows=9)
     tight = MovementAutomaton.plane(3.0, turn_step_deg=80.0, pitch_limit_deg=None)
     both = MovementAutomaton(
         (*tight.movements, Movement("Slow", 0.7, yaw_rate_rps=0.1, duration_s=0.5)), None
     )
-    reach_set = build_reach_set(both, grid, "harmonic", harmonic=1, depth=6)
+    reach_set = build_reach_set(both, grid, method="harmonic", harmonic=1, depth=6)
     _differences(both, reach_set)
 
 
@@ -125,5 +131,7 @@ def test_measured_tables_with_corners() -> None:
     plane = MovementAutomaton.plane(turn_step_deg=30.0)
     table = plane.measured(steps=3)
     automaton = MovementAutomaton(plane.movements, plane.pitch_limit_rad, table=table)
-    reach_set = build_reach_set(automaton, AvoidanceGrid.uniform(6.0, 6, 60.0, 8), "harmonic")
+    reach_set = build_reach_set(
+        automaton, AvoidanceGrid.uniform(6.0, 6, azimuth_deg=60.0, columns=8), method="harmonic"
+    )
     _differences(automaton, reach_set)

@@ -20,7 +20,7 @@ SMALL = AvoidanceGrid.uniform(5.0, 5)
 
 
 def test_the_full_set_leaves_nothing_out():
-    full = build_reach_set(FREE, SMALL, "full")
+    full = build_reach_set(FREE, SMALL, method="full")
     sample = sample_reachable(FREE, SMALL, trajectories=500)
     # arccos of one minus a rounding error is some 1e-8.
     assert dispersion(full, sample).largest_m < 1e-6
@@ -28,8 +28,8 @@ def test_the_full_set_leaves_nothing_out():
 
 def test_dispersion_falls_with_nodes_and_is_what_brute_force_finds():
     sample = sample_reachable(FREE, SMALL, trajectories=300, seed=4)
-    few = build_reach_set(FREE, SMALL, "dispersion", spread=2)
-    more = build_reach_set(FREE, SMALL, "dispersion", spread=12)
+    few = build_reach_set(FREE, SMALL, method="dispersion", spread=2)
+    more = build_reach_set(FREE, SMALL, method="dispersion", spread=12)
     assert dispersion(more, sample).mean_m < dispersion(few, sample).mean_m
     pitch, yaw = few.states[:, 4], few.states[:, 5]
     level = [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)]
@@ -56,7 +56,7 @@ def test_samples_follow_their_seed():
 
 def test_footprints_collapse_repeats():
     slow = MovementAutomaton.plane(speed_mps=0.5, pitch_limit_deg=None)
-    tree = build_reach_set(slow, AvoidanceGrid.uniform(2.0, 2), "full")
+    tree = build_reach_set(slow, AvoidanceGrid.uniform(2.0, 2), method="full")
     leaves = tree.trajectories[:200]
     for leaf in leaves:
         cells = footprint(tree, int(leaf))
@@ -71,7 +71,7 @@ def test_footprints_collapse_repeats():
 
 
 def test_footprints_of_finer_samples_tell_more_trajectories_apart():
-    tree = build_reach_set(FREE, SMALL, "chaotic", spread=6, side_exits=0)
+    tree = build_reach_set(FREE, SMALL, method="chaotic", spread=6, side_exits=0)
     found = measure(tree)
     assert found.footprints < found.footprints_of_samples <= found.trajectories
     for leaf in tree.trajectories[::40]:
@@ -83,7 +83,7 @@ def test_footprints_of_finer_samples_tell_more_trajectories_apart():
 
 
 def test_smoothness_counts_straight_movements():
-    tree = build_reach_set(FREE, SMALL, "full")
+    tree = build_reach_set(FREE, SMALL, method="full")
     shares = smoothness(tree, tree.trajectories)
     for leaf, share in list(zip(tree.trajectories, shares, strict=True))[:300]:
         way = tree.movements_to(int(leaf))
@@ -91,8 +91,8 @@ def test_smoothness_counts_straight_movements():
 
 
 def test_side_exits_are_counted_apart():
-    with_exits = measure(build_reach_set(FREE, SMALL, "chaotic", spread=4))
-    without = measure(build_reach_set(FREE, SMALL, "chaotic", spread=4, side_exits=0))
+    with_exits = measure(build_reach_set(FREE, SMALL, method="chaotic", spread=4))
+    without = measure(build_reach_set(FREE, SMALL, method="chaotic", spread=4, side_exits=0))
     assert with_exits.side_exits > 0
     assert without.side_exits == 0
     assert without.nodes == without.nodes_with_side_exits == with_exits.nodes
@@ -100,7 +100,7 @@ def test_side_exits_are_counted_apart():
 
 
 def test_leading_to_is_the_closure_of_parents():
-    tree = build_reach_set(FREE, SMALL, "harmonic", harmonic=2)
+    tree = build_reach_set(FREE, SMALL, method="harmonic", harmonic=2)
     leaf = int(tree.trajectories[-1])
     assert np.flatnonzero(leading_to(tree, np.array([leaf]))).tolist() == tree.path(leaf)
 
@@ -109,7 +109,7 @@ def test_comparison_on_a_small_grid():
     result = compare(FIVE, SMALL)
     assert result.full.counted
     assert result.full.standard_error == 0.0
-    built = measure(build_reach_set(FIVE, SMALL, "full", side_exits=0))
+    built = measure(build_reach_set(FIVE, SMALL, method="full", side_exits=0))
     assert result.full.number == built.footprints
     assert result.reachable.number == built.cells_covered
     assert [row.contender for row in result.rows] == list(TABLE_6_1)

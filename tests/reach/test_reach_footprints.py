@@ -39,17 +39,19 @@ def test_nine_movements(layers, footprints):
 
 def test_a_set_that_never_gets_to_the_last_layer_is_measured():
     turns_only = replace(NINE, movements=tuple(m for m in NINE.movements if m.name == "Left"))
-    coverage = measure(build_reach_set(turns_only, AvoidanceGrid.uniform(), "full"))
+    coverage = measure(build_reach_set(turns_only, AvoidanceGrid.uniform(), method="full"))
     assert (coverage.nodes, coverage.trajectories, coverage.footprints) == (0, 0, 0)
     assert coverage.side_exits > 0
     assert coverage.smoothness == 0.0
 
 
 def test_counting_agrees_with_building():
-    grid = AvoidanceGrid.uniform((0.5, 5.0), 5, 50.0, 6, (-20.0, 35.0), 4)
+    grid = AvoidanceGrid.uniform(
+        (0.5, 5.0), 5, azimuth_deg=50.0, columns=6, elevation_deg=(-20.0, 35.0), rows=4
+    )
     for automaton in (FIVE, MovementAutomaton.plane(1.3, pitch_limit_deg=20.0, diagonals=False)):
         full = count_full(FootprintTree(automaton, grid))
-        built = measure(build_reach_set(automaton, grid, "full", side_exits=0))
+        built = measure(build_reach_set(automaton, grid, method="full", side_exits=0))
         assert full.trajectories == built.trajectories
         assert full.footprints == built.footprints
         assert np.count_nonzero(full.cells) == built.cells_covered
@@ -81,7 +83,9 @@ def test_so_it_is_where_footprints_are_followed_by_walks(automaton, layers, foot
 def test_walks_along_more_than_one_movement_a_cell():
     """Two movements a layer, so that walks stay in cells; inner range above 0."""
     slow = MovementAutomaton.plane(0.6, turn_step_deg=30.0, pitch_limit_deg=None, diagonals=False)
-    grid = AvoidanceGrid.uniform((0.4, 4.0), 4, 50.0, 5, 30.0, 3)
+    grid = AvoidanceGrid.uniform(
+        (0.4, 4.0), 4, azimuth_deg=50.0, columns=5, elevation_deg=30.0, rows=3
+    )
     truth = count_full(FootprintTree(slow, grid)).footprints
     estimate = estimate_footprints(
         *(FootprintTree(slow, grid), 12, 100, 1), held_states=20, walks=60

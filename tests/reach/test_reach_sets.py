@@ -40,8 +40,10 @@ CASES = [
     ]
 ] + [
     pytest.param(
-        MovementAutomaton.plane(12.0, 10.0, 0.8),
-        AvoidanceGrid.uniform((20.0, 150.0), 11, 60.0, 9, (-20.0, 40.0), 6),
+        MovementAutomaton.plane(12.0, 10.0, duration_s=0.8),
+        AvoidanceGrid.uniform(
+            (20.0, 150.0), 11, azimuth_deg=60.0, columns=9, elevation_deg=(-20.0, 40.0), rows=6
+        ),
         "flying",
         0.0,
         id="fast-and-far",
@@ -76,7 +78,7 @@ def buffers(reach_set):
 
 @cache
 def built(automaton, grid, method, pitch):
-    return build_reach_set(automaton, grid, method, pitch)
+    return build_reach_set(automaton, grid, method=method, start_pitch_rad=pitch)
 
 
 @pytest.mark.parametrize(("automaton", "grid", "method", "pitch"), CASES)
@@ -150,7 +152,7 @@ def test_mirror_symmetric_and_deterministic(automaton, grid, method, pitch):
     names = dict(zip(automaton.names, (automaton.names[i] for i in automaton.mirror), strict=True))
     ways = buffers(tree)
     assert {tuple(names[name] for name in way) for way in ways} == ways
-    again = build_reach_set(automaton, grid, method, pitch)
+    again = build_reach_set(automaton, grid, method=method, start_pitch_rad=pitch)
     assert again.parent.tobytes() == tree.parent.tobytes()
     assert again.samples_m.tobytes() == tree.samples_m.tobytes()
 
@@ -158,7 +160,7 @@ def test_mirror_symmetric_and_deterministic(automaton, grid, method, pitch):
 def test_full_set_holds_every_trajectory():
     """By brute force: every chain of movements that stays inside until the last layer."""
     grid = AvoidanceGrid.uniform(4.0, 4)
-    tree = build_reach_set(FREE, grid, "full", side_exits=0)
+    tree = build_reach_set(FREE, grid, method="full", side_exits=0)
     found = set()
 
     def follow(state, way, layer):
@@ -190,7 +192,7 @@ def test_full_set_holds_every_trajectory():
 def test_reference_figures_of_table_6_1(method, tuning, nodes, trajectories, smoothness):
     """SPEC 4; other rules for ties move them by up to 15 %."""
     grid = AvoidanceGrid.uniform(15.0, 15)
-    tree = build_reach_set(FREE, grid, method, side_exits=0, **tuning)
+    tree = build_reach_set(FREE, grid, method=method, side_exits=0, **tuning)
     assert tree.nodes == pytest.approx(nodes, rel=0.15)
     assert len(tree.trajectories) == pytest.approx(trajectories, rel=0.15)
     smooth = np.array(tree.movement_smooth)
@@ -199,7 +201,7 @@ def test_reference_figures_of_table_6_1(method, tuning, nodes, trajectories, smo
 
 
 def test_primitives_turn_then_fly_straight():
-    tree = build_reach_set(PLANE, GRID, "primitives")
+    tree = build_reach_set(PLANE, GRID, method="primitives")
     inside = np.count_nonzero(tree.end_cell >= 0)
     assert inside == 388  # SPEC 4 says 389
     for way in buffers(tree):
@@ -214,8 +216,10 @@ def test_primitives_turn_then_fly_straight():
 
 def test_flying_holds_the_primitives_and_no_state_twice():
     for pitch in PLANE.start_pitches_rad:
-        flying = build_reach_set(PLANE, GRID, "flying", pitch)
-        assert buffers(build_reach_set(PLANE, GRID, "primitives", pitch)) <= buffers(flying)
+        flying = build_reach_set(PLANE, GRID, method="flying", start_pitch_rad=pitch)
+        assert buffers(
+            build_reach_set(PLANE, GRID, method="primitives", start_pitch_rad=pitch)
+        ) <= buffers(flying)
         assert 400 <= flying.nodes <= 1500
         states = np.column_stack([np.round(flying.states / 1e-6), flying.depth])
         assert len(np.unique(states, axis=0)) == flying.nodes
@@ -224,13 +228,13 @@ def test_flying_holds_the_primitives_and_no_state_twice():
 def test_level_flying_set_reaches_all_cells_that_can_be_reached():
     """278 of 350 and 453 of 525 (SPEC 4)."""
     for grid, cells in ((GRID, 278), (AvoidanceGrid.uniform(15.0, 15), 453)):
-        ends = build_reach_set(PLANE, grid, "flying").end_cell
+        ends = build_reach_set(PLANE, grid, method="flying").end_cell
         assert len(np.unique(ends[ends >= 0])) == cells
 
 
 @pytest.mark.parametrize(("layers", "cells", "nodes"), [(10, 278, 330), (15, 453, 500)])
 def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
-    covered = measure(build_reach_set(FREE, AvoidanceGrid.uniform(layers, layers), "cover"))
+    covered = measure(build_reach_set(FREE, AvoidanceGrid.uniform(layers, layers), method="cover"))
     assert covered.cells_covered == cells
     assert covered.nodes <= nodes
     assert covered.smoothness >= 0.4
@@ -238,14 +242,14 @@ def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
 
 @pytest.mark.nightly
 def test_late_branches_make_many_footprints_of_few_nodes():
-    late = measure(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), "late"))
+    late = measure(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), method="late"))
     assert late.footprints >= 1000
     assert late.nodes <= 2480
     assert late.cells_covered == 453
 
 
 def test_dispersed_nodes_are_never_the_same_state():
-    tree = build_reach_set(PLANE, GRID, "dispersion", spread=4)
+    tree = build_reach_set(PLANE, GRID, method="dispersion", spread=4)
     going_on = tree.parent[tree.parent >= 0]
     states = np.round(tree.states[np.unique(going_on)] / 1e-6)
     assert len(np.unique(states, axis=0)) == len(states)
@@ -253,9 +257,9 @@ def test_dispersed_nodes_are_never_the_same_state():
 
 def test_merging_keeps_every_trajectory_of_both():
     tuning = {"harmonic": 2, "spread": 3}
-    both = build_reach_set(PLANE, GRID, "combined", **tuning)
-    harmonic = build_reach_set(PLANE, GRID, "harmonic", harmonic=2)
-    chaotic = build_reach_set(PLANE, GRID, "chaotic", spread=3)
+    both = build_reach_set(PLANE, GRID, method="combined", **tuning)
+    harmonic = build_reach_set(PLANE, GRID, method="harmonic", harmonic=2)
+    chaotic = build_reach_set(PLANE, GRID, method="chaotic", spread=3)
     assert buffers(both) == buffers(harmonic) | buffers(chaotic)
 
 
@@ -272,7 +276,7 @@ def test_hovering_vehicle_with_vertical_movements():
         tuple(Movement(name, 1.0, smooth=name == "Ahead") for name in rows),
         table=MovementTable.from_rows(rows),
     )
-    tree = build_reach_set(hover, GRID, "harmonic", harmonic=2)
+    tree = build_reach_set(hover, GRID, method="harmonic", harmonic=2)
     assert ("Climb",) in buffers(tree)
     assert any("Climb" in way and "Ahead" in way for way in buffers(tree))
 
@@ -281,7 +285,7 @@ def test_movements_known_by_measurement_alone():
     """(4.14) is off by up to 3 cm a movement; the set reaches as many cells all the same."""
     table = PLANE.measured(4)
     measured = MovementAutomaton(PLANE.movements, PLANE.pitch_limit_rad, table=table)
-    coverage = measure(build_reach_set(measured, GRID, "cover"))
+    coverage = measure(build_reach_set(measured, GRID, method="cover"))
     assert coverage.cells_covered == 278
     assert coverage.nodes <= 330
 
@@ -297,24 +301,29 @@ def test_two_speeds_and_unlike_climb_rates():
         np.radians(10),
     )
     assert np.degrees(automaton.start_pitches_rad) == pytest.approx([-10, -5, 0, 5, 10])
-    tree = build_reach_set(automaton, GRID, "flying")
+    tree = build_reach_set(automaton, GRID, method="flying")
     assert {"Slow", "Fast", "Climb", "Sink"} <= {name for way in buffers(tree) for name in way}
 
 
 @pytest.mark.parametrize(
     ("build", "words"),
     [
-        (lambda: build_reach_set(PLANE, GRID, "best"), "valid reach set methods are full, chaotic"),
-        (lambda: build_reach_set(PLANE, GRID, "chaotic", width=3), "it takes depth, spread"),
-        (lambda: build_reach_set(PLANE, GRID, "chaotic", spread=0), "at least 1"),
-        (lambda: build_reach_set(PLANE, GRID, "full"), "outgrows"),
-        (lambda: build_reach_set(PLANE, GRID, "flying", depth=3), "leads through"),
         (
-            lambda: build_reach_set(MovementAutomaton.plane(0.01), GRID, "flying"),
+            lambda: build_reach_set(PLANE, GRID, method="best"),
+            "valid reach set methods are full, chaotic",
+        ),
+        (lambda: build_reach_set(PLANE, GRID, method="chaotic", width=3), "it takes depth, spread"),
+        (lambda: build_reach_set(PLANE, GRID, method="chaotic", spread=0), "at least 1"),
+        (lambda: build_reach_set(PLANE, GRID, method="full"), "outgrows"),
+        (lambda: build_reach_set(PLANE, GRID, method="flying", depth=3), "leads through"),
+        (
+            lambda: build_reach_set(MovementAutomaton.plane(0.01), GRID, method="flying"),
             "takes 1000 movements of 0.01 m, more than 100",
         ),
         (
-            lambda: build_reach_set(MovementAutomaton((Movement("Stay", 0.0),)), GRID, "full"),
+            lambda: build_reach_set(
+                MovementAutomaton((Movement("Stay", 0.0),)), GRID, method="full"
+            ),
             "leads anywhere",
         ),
     ],
@@ -329,7 +338,7 @@ def test_nodes_stay_within_the_bound(method):
     """(6.5): m (r + 1) h v l for every spread r."""
     for spread in (1, 3, 7):
         tuning = {"harmonic": spread} if method == "harmonic" else {"spread": spread}
-        tree = build_reach_set(PLANE, GRID, method, **tuning)
+        tree = build_reach_set(PLANE, GRID, method=method, **tuning)
         kept = spread + (method == "combined")
         assert tree.nodes <= 9 * (kept + 1) * GRID.cells
 
@@ -343,10 +352,12 @@ def test_sets_of_uneven_grids_that_the_vehicle_soon_leaves():
     azimuth_deg = [-20.0, -14.85193, -8.62768, -2.063207, 0.947202, 9.29149, 11.914919, 17.62, 20.0]
     elevation_deg = [-10.0, -3.691055, -0.169984, 10.0]
     grid = AvoidanceGrid(
-        np.linspace(20.0, 200.0, 4), np.radians(azimuth_deg), np.radians(elevation_deg)
+        np.linspace(20.0, 200.0, 4),
+        np.radians(azimuth_deg),
+        elevation_edges_rad=np.radians(elevation_deg),
     )
     vehicle = MovementAutomaton.plane(12.0)
-    tree = build_reach_set(vehicle, grid, "flying", np.radians(30.0))
+    tree = build_reach_set(vehicle, grid, method="flying", start_pitch_rad=np.radians(30.0))
     assert tree.nodes > 50
     assert np.count_nonzero(tree.exit_kind) > 10
 
@@ -354,8 +365,10 @@ def test_sets_of_uneven_grids_that_the_vehicle_soon_leaves():
 @pytest.mark.parametrize("method", ["chaotic", "harmonic", "combined"])
 def test_layers_thicker_than_a_movement_are_crossed(method):
     grid = AvoidanceGrid(
-        np.array([0.0, 1.0, 3.5, 6.0, 10.0]), GRID.azimuth_edges_rad, GRID.elevation_edges_rad
+        np.array([0.0, 1.0, 3.5, 6.0, 10.0]),
+        GRID.azimuth_edges_rad,
+        elevation_edges_rad=GRID.elevation_edges_rad,
     )
-    tree = build_reach_set(PLANE, grid, method)
+    tree = build_reach_set(PLANE, grid, method=method)
     assert np.count_nonzero(tree.exit_kind == LAST_LAYER) > 0
     assert tree.nodes < 3000

@@ -89,7 +89,7 @@ def test_other_settings_take_another_file(tmp_path):
             MovementAutomaton.plane(speed_mps=1.01), GRID, folder=tmp_path
         ),
         lambda: ReachLibrary.load_or_build(
-            PLANE, AvoidanceGrid.uniform(6.0, 6, 44.0), folder=tmp_path
+            PLANE, AvoidanceGrid.uniform(6.0, 6, azimuth_deg=44.0), folder=tmp_path
         ),
     ):
         before = len(list(tmp_path.iterdir()))
@@ -117,7 +117,7 @@ def test_a_set_alone_equals_the_one_in_the_library(library):
     from clearway.reach.sets import build_reach_set
 
     pitch = PLANE.start_pitches_rad[1]
-    alone = build_reach_set(PLANE, GRID, "flying", pitch)
+    alone = build_reach_set(PLANE, GRID, method="flying", start_pitch_rad=pitch)
     assert alone.samples_m.tobytes() == library.reach_sets[1].samples_m.tobytes()
 
 

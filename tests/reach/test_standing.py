@@ -30,7 +30,7 @@ def standing(reach_set):
 def test_sets_of_other_methods_stay_small():
     grid = AvoidanceGrid.uniform(range_m=5.0, layers=5)
     for method in ("harmonic", "cover"):
-        assert 0 < build_reach_set(ROTOR, grid, method).nodes < 1000, method
+        assert 0 < build_reach_set(ROTOR, grid, method=method).nodes < 1000, method
 
 
 def test_every_movement_may_come_first(flying):
@@ -70,8 +70,8 @@ def test_a_movement_that_changes_nothing_makes_no_tree_of_a_plane_grow():
     plane = MovementAutomaton.plane()
     hovering = MovementAutomaton((*plane.movements, Movement("Hold", 0.0)), plane.pitch_limit_rad)
     grid = AvoidanceGrid.uniform(range_m=4.0, layers=4, columns=3, rows=3)
-    usual = build_reach_set(plane, grid, "full")
-    same = build_reach_set(hovering, grid, "full", depth=movements_deep(plane, grid))
+    usual = build_reach_set(plane, grid, method="full")
+    same = build_reach_set(hovering, grid, method="full", depth=movements_deep(plane, grid))
     assert np.array_equal(same.movement, usual.movement)
     assert np.array_equal(same.parent, usual.parent)
 
@@ -79,7 +79,7 @@ def test_a_movement_that_changes_nothing_makes_no_tree_of_a_plane_grow():
 def test_time_costs_where_it_is_slow_and_standing_is_never_free(flying):
     cost = length_and_prices(flying, Prices(turn=0.0, change=0.0, vertical=0.0))
     assert cost == pytest.approx(1.0)
-    plane = build_reach_set(MovementAutomaton.plane(), GRID, "primitives")
+    plane = build_reach_set(MovementAutomaton.plane(), GRID, method="primitives")
     first = plane.parent < 0
     assert np.all(length_and_prices(plane, Prices(turn=0.0))[first & (plane.movement == 0)] == 1.0)
 
@@ -99,7 +99,7 @@ def test_cost_to_go_of_a_goal_behind_is_a_turn_on_the_spot(flying):
 
 def test_what_only_turns_on_the_spot_has_a_finite_cost_to_go():
     names = ("Straight", "Turn-Left", "Turn-Right", "Hold")
-    stiff = MovementAutomaton(ROTOR.chain(names), 0.0, ROTOR.vehicle)
+    stiff = MovementAutomaton(ROTOR.chain(names), 0.0, vehicle=ROTOR.vehicle)
     assert stiff.turning_radius_m == np.inf
     reach_set = build_reach_set(stiff, GRID)
     goal = Goal(np.array([0.0, 20.0, 0.0]), np.array([0.0, 20.0, 0.0]), 1.0, final=True)
@@ -112,7 +112,7 @@ def test_a_way_along_a_border_of_cells_is_traced_in_no_time_and_right():
     """Up is as steep as the grid's own border: half its cells are the topmost row's."""
     for steepest in (29.9, 30.0, 30.1):
         automaton = MovementAutomaton.multirotor(steepest_deg=steepest)
-        built = build_reach_set(automaton, GRID, "primitives")
+        built = build_reach_set(automaton, GRID, method="primitives")
         ups = [n for n in range(built.nodes) if set(built.movements_to(n)) == {"Up"}]
         rows = {int(c) % GRID.rows for n in ups for c in built.cell_index[slice(*_cells(built, n))]}
         assert rows <= {GRID.rows - 1}

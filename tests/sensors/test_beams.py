@@ -47,14 +47,14 @@ def test_per_cell_pattern_follows_uneven_edges():
     grid = AvoidanceGrid(
         np.array([0.0, 2.0, 9.0]),
         np.radians([-170.0, -20.0, -10.0, 60.0]),
-        np.radians([-85.0, 0.0, 5.0]),
+        elevation_edges_rad=np.radians([-85.0, 0.0, 5.0]),
     )
-    pattern = BeamPattern.per_cell(grid, 3, 4)
+    pattern = BeamPattern.per_cell(grid, 3, elevations_per_cell=4)
     np.testing.assert_array_equal(count_beams(grid, pattern, np.eye(3)), np.full(6, 12))
 
 
 def test_rotating_pattern_covers_its_span_evenly():
-    pattern = BeamPattern.rotating([-1.0, 1.0], 0.5, 90.0)
+    pattern = BeamPattern.rotating([-1.0, 1.0], 0.5, azimuth_span_deg=90.0)
     azimuths = np.unique(np.degrees(pattern.azimuth_rad))
     assert pattern.beams == 360
     assert azimuths[0] == pytest.approx(-44.75)
@@ -68,7 +68,9 @@ def test_rotating_pattern_covers_its_span_evenly():
     elevation=st.sampled_from([30.0, 90.0]),
 )
 def test_rotated_beams_are_counted_as_the_grid_counts_points(attitude, azimuth, elevation):
-    grid = AvoidanceGrid.uniform(10.0, 3, azimuth, 8, elevation, 5)
+    grid = AvoidanceGrid.uniform(
+        10.0, 3, azimuth_deg=azimuth, columns=8, elevation_deg=elevation, rows=5
+    )
     pattern = BeamPattern.rotating(np.linspace(-60.0, 60.0, 13), 7.5)
     rotation = world_from_body(attitude)
     np.testing.assert_array_equal(
@@ -78,7 +80,9 @@ def test_rotated_beams_are_counted_as_the_grid_counts_points(attitude, azimuth, 
 
 @pytest.mark.parametrize("columns", [6, 7, 8])
 def test_beams_on_borders_fall_where_the_grid_puts_them(columns):
-    grid = AvoidanceGrid.uniform(10.0, 10, 45.0, columns, 30.0, 5)
+    grid = AvoidanceGrid.uniform(
+        10.0, 10, azimuth_deg=45.0, columns=columns, elevation_deg=30.0, rows=5
+    )
     pattern = BeamPattern.from_angles(grid.azimuth_edges_rad, grid.elevation_edges_rad)
     counts = count_beams(grid, pattern, np.eye(3))
     np.testing.assert_array_equal(counts, beams_by_grid(grid, pattern.directions))
@@ -86,7 +90,7 @@ def test_beams_on_borders_fall_where_the_grid_puts_them(columns):
 
 
 def test_behind_the_vehicle_all_azimuths_of_pi_are_inside():
-    grid = AvoidanceGrid.uniform(10.0, 2, 180.0, 4, 30.0, 1)
+    grid = AvoidanceGrid.uniform(10.0, 2, azimuth_deg=180.0, columns=4, elevation_deg=30.0, rows=1)
     pattern = BeamPattern.from_angles([np.pi, -np.pi], [0.0])
     assert count_beams(grid, pattern, np.eye(3)).sum() == 2
 
@@ -219,6 +223,6 @@ def test_real_scans_are_recognised(data_dir, file, name):
 @pytest.mark.parametrize("beams", [(20, 2**31), (2**62, 1)])
 def test_more_beams_than_there_is_room_for_are_refused(beams):
     with pytest.raises(ClearwayError, match="beams; at most 5,000,000"):
-        BeamPattern.per_cell(AvoidanceGrid.uniform(), *beams)
+        BeamPattern.per_cell(AvoidanceGrid.uniform(), beams[0], elevations_per_cell=beams[1])
     with pytest.raises(ClearwayError, match="at most"):
         BeamPattern.from_angles(np.zeros(5000), np.zeros(5000))

@@ -102,6 +102,8 @@ def test_before_take_off_it_is_said(
     assert plan.flown == flown
     assert said in plan.why
     system = AvoidanceSystem(
-        planner(start_free_m=start_free_m), mission((30.0, 0.0, 0.0)), (Lidar("blind", pattern),)
+        planner(start_free_m=start_free_m),
+        mission((30.0, 0.0, 0.0)),
+        lidars=(Lidar("blind", pattern),),
     )
     assert system.escape.flown == flown

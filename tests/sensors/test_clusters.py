@@ -97,7 +97,7 @@ def test_wires_are_no_bodies(tilt_deg: float) -> None:
     tilt = np.radians(tilt_deg)
     along = np.linspace(-2.0, 2.0, 200)[:, None] * [0.0, np.cos(tilt), np.sin(tilt)]
     wire = np.array([7.0, 0.0, 0.0]) + along
-    assert sighted(Scan(wire, 0.0, "lidar")) == []
+    assert sighted(Scan(wire, 0.0, sensor="lidar")) == []
 
 
 def test_nan_and_infinite_returns_are_left_out() -> None:

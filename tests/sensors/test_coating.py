@@ -12,10 +12,18 @@ from clearway.sensors import coated_cells, thin_points
 
 GRIDS = {
     "standard": AvoidanceGrid.uniform(),
-    "all round": AvoidanceGrid.uniform(12.0, 5, 180.0, 8, 90.0, 6),
-    "narrow": AvoidanceGrid.uniform((2.0, 9.0), 4, (10.0, 40.0), 3, (-50.0, -5.0), 4),
-    "wide cells": AvoidanceGrid.uniform((2.0, 9.0), 4, (-150.0, 150.0), 1, (-50.0, 5.0), 4),
-    "many layers": AvoidanceGrid.uniform(12.0, 130, 60.0, 3, 30.0, 2),
+    "all round": AvoidanceGrid.uniform(
+        12.0, 5, azimuth_deg=180.0, columns=8, elevation_deg=90.0, rows=6
+    ),
+    "narrow": AvoidanceGrid.uniform(
+        (2.0, 9.0), 4, azimuth_deg=(10.0, 40.0), columns=3, elevation_deg=(-50.0, -5.0), rows=4
+    ),
+    "wide cells": AvoidanceGrid.uniform(
+        (2.0, 9.0), 4, azimuth_deg=(-150.0, 150.0), columns=1, elevation_deg=(-50.0, 5.0), rows=4
+    ),
+    "many layers": AvoidanceGrid.uniform(
+        12.0, 130, azimuth_deg=60.0, columns=3, elevation_deg=30.0, rows=2
+    ),
 }
 
 
@@ -81,7 +89,9 @@ def test_several_points_coat_the_union(name, seed, count, largest_m):
 
 @pytest.mark.parametrize("layers", [10, 62, 63, 130])
 def test_a_small_ball_coats_the_cell_that_it_lies_in(layers):
-    grid = AvoidanceGrid.uniform(12.0, layers, 60.0, 3, 30.0, 2)
+    grid = AvoidanceGrid.uniform(
+        12.0, layers, azimuth_deg=60.0, columns=3, elevation_deg=30.0, rows=2
+    )
     middles = [
         edges[:-1] + 0.5 * np.diff(edges)
         for edges in (grid.range_edges_m, grid.azimuth_edges_rad, grid.elevation_edges_rad)
@@ -97,7 +107,7 @@ def test_a_small_ball_coats_the_cell_that_it_lies_in(layers):
 
 def test_the_border_of_what_fits_a_number_is_one_like_any_other():
     """Layers are marked 62 at a time; a ball that touches their end by rounding alone does so."""
-    grid = AvoidanceGrid.uniform(63.0, 63, 20.0, 1, 20.0, 1)
+    grid = AvoidanceGrid.uniform(63.0, 63, azimuth_deg=20.0, columns=1, elevation_deg=20.0, rows=1)
     radius, az, el = 0.52, -0.23, 0.07
     along = np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
     away = 62.0 + radius + RANGE_TOLERANCE * grid.range_m

@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 def ring(span_deg: float = 360.0, up_deg: float = 0.0, mounting: Mounting | None = None) -> Lidar:
     azimuth = np.radians(np.arange(-0.5 * span_deg + 0.5, 0.5 * span_deg, 1.0))
     pattern = BeamPattern.from_angles(azimuth, [np.radians(up_deg)], max_range_m=REACH_M)
-    return Lidar("ring", pattern, mounting or Mounting())
+    return Lidar("ring", pattern, mounting=mounting or Mounting())
 
 
 def columns(rng: np.random.Generator, count: int = 12) -> Array:
@@ -65,7 +65,7 @@ def marked(
     away = swept(world, origin, truly @ rotation.T)
     back = np.isfinite(away)
     points = away[back, None] * lidar.pattern.directions[back]
-    free.take(LidarSensor(lidar), Scan(points, 0.0, "ring", **scan), state)
+    free.take(LidarSensor(lidar), Scan(points, 0.0, sensor="ring", **scan), state)
     seen, ticks = free.seen, np.arange(-REACH_M, REACH_M, VOXEL_M) + 0.5 * VOXEL_M
     corner = np.floor(state.position_m / VOXEL_M) * VOXEL_M
     middles = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), -1).reshape(-1, 3) + corner
@@ -145,4 +145,4 @@ def test_one_that_was_blind_farther_than_anything_was_seen_shows_nothing() -> No
                                   {"blind_m": -1.0}, {"blind_m": np.inf}])  # fmt: skip
 def test_a_scan_that_leans_or_is_blind_by_no_number_is_refused(told: dict[str, float]) -> None:
     with pytest.raises(ClearwayError, match=next(iter(told))):
-        Scan(np.zeros((0, 3)), 0.0, "ring", **told)
+        Scan(np.zeros((0, 3)), 0.0, sensor="ring", **told)

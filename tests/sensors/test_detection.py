@@ -34,7 +34,7 @@ HERE = State(np.zeros(3))
 UNEVEN = AvoidanceGrid(
     np.array([0.5, 2.0, 3.0, 11.0]),
     np.radians([-180.0, -20.0, 0.0, 60.0, 180.0]),
-    np.radians([-90.0, -3.0, 5.0, 90.0]),
+    elevation_edges_rad=np.radians([-90.0, -3.0, 5.0, 90.0]),
 )
 
 
@@ -67,7 +67,7 @@ def test_two_balls_of_the_known_answers(known_answers):
 
 
 def test_visibility_of_the_papers_example(known_answers):
-    grid = AvoidanceGrid.uniform(10.0, 10, 45.0, 1, 30.0, 1)
+    grid = AvoidanceGrid.uniform(10.0, 10, azimuth_deg=45.0, columns=1, elevation_deg=30.0, rows=1)
     hindrance = np.zeros(10)
     for time, (layer, share) in enumerate([(None, 0.0), (2, 0.25), (4, 0.15), (6, 0.20)]):
         if layer is not None:
@@ -92,7 +92,15 @@ def test_hit_counts_of_the_known_answers(known_answers):
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    grid=st.sampled_from([GRID, UNEVEN, AvoidanceGrid.uniform((1.0, 8.0), 7, 90.0, 6, 80.0, 4)]),
+    grid=st.sampled_from(
+        [
+            GRID,
+            UNEVEN,
+            AvoidanceGrid.uniform(
+                (1.0, 8.0), 7, azimuth_deg=90.0, columns=6, elevation_deg=80.0, rows=4
+            ),
+        ]
+    ),
     count=st.integers(0, 1500),
 )
 def test_hits_are_the_grids_own_cells(seed, grid, count):
@@ -109,7 +117,15 @@ def test_hits_are_the_grids_own_cells(seed, grid, count):
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
-    grid=st.sampled_from([GRID, UNEVEN, AvoidanceGrid.uniform((1.0, 8.0), 7, 90.0, 6, 80.0, 4)]),
+    grid=st.sampled_from(
+        [
+            GRID,
+            UNEVEN,
+            AvoidanceGrid.uniform(
+                (1.0, 8.0), 7, azimuth_deg=90.0, columns=6, elevation_deg=80.0, rows=4
+            ),
+        ]
+    ),
     far_m=st.sampled_from([3.0, 30.0, 300.0]),
     max_range_m=st.sampled_from([6.0, 40.0, 1000.0]),
     ground=st.booleans(),
@@ -121,7 +137,7 @@ def test_every_return_is_counted_as_one_by_one(seed, grid, far_m, max_range_m, g
     points[rng.random(len(points)) < 0.02] = rng.choice([np.nan, np.inf, -np.inf])
     mounting = Mounting(rng.normal(0.0, 1.0, 3), rng.uniform(-1.0, 1.0, 3))
     pattern = BeamPattern.per_cell(grid, max_range_m=max_range_m, min_range_m=0.5)
-    lidar = Lidar("any", pattern, mounting, airframe_radius_m=1.5)
+    lidar = Lidar("any", pattern, mounting=mounting, airframe_radius_m=1.5)
     level = Ground(np.array([0.0, 0.0, 1.0]), -2.0, 0.3) if ground else None
     found = detect(grid, lidar, Scan(points), ground=level)
 
@@ -184,7 +200,7 @@ def test_more_returns_than_beams_stay_within_one():
 
 
 def test_empty_scan_sees_everything_free():
-    found = detect(GRID, LIDAR, Scan(np.zeros((0, 3)), 3.5, "front"))
+    found = detect(GRID, LIDAR, Scan(np.zeros((0, 3)), 3.5, sensor="front"))
     assert found.time_s == 3.5
     assert not found.probability.any()
     np.testing.assert_array_equal(found.visibility, 1.0)
@@ -226,7 +242,7 @@ def test_blind_and_airframe_returns_hide_what_is_behind_them():
     lidar = Lidar(
         "low",
         BeamPattern.per_cell(GRID, min_range_m=0.4, max_range_m=10.0),
-        Mounting([0.0, 0.0, -0.2]),
+        mounting=Mounting([0.0, 0.0, -0.2]),
         airframe_radius_m=0.8,
     )
     near = np.tile(along(0.3), (50, 1))
@@ -264,7 +280,7 @@ def test_ground_follows_the_attitude():
 
 def test_mounting_places_returns_in_the_body_frame():
     mounting = Mounting([0.3, -0.1, 0.2], np.radians([10.0, -20.0, 35.0]))
-    lidar = Lidar("tilted", BeamPattern.rotating(np.linspace(-45, 45, 61), 1.0), mounting)
+    lidar = Lidar("tilted", BeamPattern.rotating(np.linspace(-45, 45, 61), 1.0), mounting=mounting)
     world = BallWorld.of(((6.0, 1.0, 0.5), 1.0))
     found = detect(GRID, lidar, simulate_scan(lidar, world, HERE))
     assert found.hits.sum() > 50
@@ -293,8 +309,8 @@ def test_scan_of_an_earlier_pose_lands_in_the_present_grid():
 
 def test_equal_surfaces_rate_equally_at_any_distance():
     # 2.1.1: the same ball at 5 and at 10 m, in one wide cell either time.
-    grid = AvoidanceGrid.uniform(12.0, 4, 20.0, 1, 20.0, 1)
-    lidar = Lidar("fine", BeamPattern.per_cell(grid, 400, 400))
+    grid = AvoidanceGrid.uniform(12.0, 4, azimuth_deg=20.0, columns=1, elevation_deg=20.0, rows=1)
+    lidar = Lidar("fine", BeamPattern.per_cell(grid, 400, elevations_per_cell=400))
     rated = {}
     for rule in ("ratio", "surface"):
         for x in (5.0, 10.0):
@@ -317,7 +333,7 @@ def test_surface_of_the_reference_size_rates_one_and_a_full_cell_too():
 
 
 def test_several_sensors_combine():
-    half = Lidar("left", BeamPattern.rotating(np.linspace(-30, 30, 31), 1.0, 30.0))
+    half = Lidar("left", BeamPattern.rotating(np.linspace(-30, 30, 31), 1.0, azimuth_span_deg=30.0))
     one = detect(GRID, LIDAR, Scan(np.tile(along(5.5), (50, 1))))
     two = detect(GRID, half, Scan(np.tile(along(5.5), (10, 1))))
     both = combine_detections([one, two])

@@ -49,7 +49,7 @@ def test_nor_by_a_sensor_of_ones_own(height_m: float) -> None:
 @pytest.mark.parametrize("above_m", [-5.0, -0.5, 0.0, 0.5, 5.0])
 @pytest.mark.parametrize("height_m", [-3.9, 0.0, 3.9])
 def test_nothing_is_marked_where_no_beam_can_reach(above_m: float, height_m: float) -> None:
-    lidar = Lidar("top", ALL_ROUND, Mounting(np.array([0.0, 0.0, above_m])))
+    lidar = Lidar("top", ALL_ROUND, mounting=Mounting(np.array([0.0, 0.0, above_m])))
     free = FreeSpace(VOXEL_M, np.zeros(3), reach_m=1.2 * RANGE_M)
     here = State(np.array([0.0, 0.0, height_m]))
     free.take(LidarSensor(lidar), Scan(np.zeros((0, 3)), sensor="top"), here)

@@ -116,7 +116,7 @@ def test_real_surfaces_are_not_eaten(sigma_m):
     memory, returns = PointMemory.empty(0.15), []
     for step in range(16):
         attitude = np.radians([0.0, 3.0 * np.sin(step), 8.0 * np.sin(0.5 * step)])
-        state = State([0.08 * step, 0.02 * step, 0.0], attitude, float(step))
+        state = State([0.08 * step, 0.02 * step, 0.0], attitude, time_s=float(step))
         scan = simulate_scan(lidar, world, state, step)
         memory = update_memory(memory, lidar, scan, state)
         returns.append(scan.points_m @ state.world_from_body.T + state.position_m)
@@ -130,7 +130,7 @@ def test_real_surfaces_are_not_eaten(sigma_m):
 def test_what_this_scan_hits_is_never_forgotten(seed, returns, ghosts):
     rng = np.random.default_rng(seed)
     memory = PointMemory.empty(0.5, passes_to_clear=1)
-    first = Scan(rng.uniform([1, -5, -3], [10, 5, 3], (ghosts, 3)), 0.0, "front")
+    first = Scan(rng.uniform([1, -5, -3], [10, 5, 3], (ghosts, 3)), 0.0, sensor="front")
     memory = update_memory(memory, LIDAR, first, HERE)
     beams = rng.choice(LIDAR.pattern.beams, returns, replace=False)
     scan = Scan(LIDAR.pattern.directions[beams] * rng.uniform(0.5, 11.9, (returns, 1)), 1.0)
@@ -156,7 +156,7 @@ def test_out_of_reach_points_expire_and_within_it_they_never_do():
 
 def test_what_is_no_obstacle_is_not_remembered():
     pattern = BeamPattern.per_cell(GRID, min_range_m=1.0, max_range_m=12.0)
-    lidar = Lidar("low", pattern, Mounting([0.0, 0.0, -0.5]), airframe_radius_m=1.5)
+    lidar = Lidar("low", pattern, mounting=Mounting([0.0, 0.0, -0.5]), airframe_radius_m=1.5)
     points = np.array(
         [
             [0.5, 0.0, 0.0],  # blind

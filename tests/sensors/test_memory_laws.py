@@ -60,8 +60,8 @@ def test_the_order_of_returns_makes_no_difference(seed, capacity):
     for step in range(3):
         points, state = cloud(rng, 400), State(np.array([0.5 * step, 0, 0]), time_s=float(step))
         turned = np.roll(points, rng.integers(0, 400), axis=0) if step else rng.permutation(points)
-        one = update_memory(one, LIDAR, Scan(points, float(step), "all round"), state)
-        other = update_memory(other, LIDAR, Scan(turned, float(step), "all round"), state)
+        one = update_memory(one, LIDAR, Scan(points, float(step), sensor="all round"), state)
+        other = update_memory(other, LIDAR, Scan(turned, float(step), sensor="all round"), state)
         assert as_set(one) == as_set(other)
 
 
@@ -73,9 +73,9 @@ def test_no_return_within_reach_lies_nearer_than_is_claimed(seed, capacity):
     memory = PointMemory.empty(0.12, reach_m=REACH_M, capacity=capacity, passes_to_clear=10**6)
     told = np.zeros((0, 3))
     for step in range(4):
-        state = State(rng.uniform(-1, 1, 3), np.radians([0, 5, 90.0 * step]), float(step))
+        state = State(rng.uniform(-1, 1, 3), np.radians([0, 5, 90.0 * step]), time_s=float(step))
         points = cloud(rng, 300)
-        memory = update_memory(memory, LIDAR, Scan(points, float(step), "all round"), state)
+        memory = update_memory(memory, LIDAR, Scan(points, float(step), sensor="all round"), state)
         # Within reach from everywhere: what is beyond it for a while may go.
         near = np.linalg.norm(points, axis=1) <= REACH_M - 4.0
         told = np.concatenate([told, world_of(points[near], state)])
@@ -95,7 +95,7 @@ def test_a_panel_among_any_number_of_returns_is_known(returns):
     for points in (np.concatenate([panel, leaves]), np.concatenate([leaves, panel])):
         memory = PointMemory.empty(0.12, reach_m=REACH_M)
         for step in range(3):
-            scan = Scan(points, float(step), "all round")
+            scan = Scan(points, float(step), sensor="all round")
             memory = update_memory(memory, LIDAR, scan, state)
         assert claimed_m(memory, panel).max() <= 1e-9
         assert len(memory.radius_m) <= 20_000
@@ -105,7 +105,7 @@ def test_what_is_too_much_grows_coarser_far_off_first_and_is_counted():
     rng = np.random.default_rng(1)
     points = rng.uniform(-12.0, 12.0, (60_000, 3))
     memory = PointMemory.empty(0.12, reach_m=REACH_M)
-    memory = update_memory(memory, LIDAR, Scan(points, 0.0, "all round"), State(np.zeros(3)))
+    memory = update_memory(memory, LIDAR, Scan(points, 0.0, sensor="all round"), State(np.zeros(3)))
     assert memory.merged > 20_000
     assert memory.dropped == 0
     away = np.linalg.norm(memory.position_m, axis=1)
@@ -119,7 +119,7 @@ def test_beyond_reach_the_farthest_go_first():
     for step in range(8):
         state = State(np.array([10.0 * step, 0.0, 0.0]), time_s=float(step))
         points = rng.uniform(-8.0, 8.0, (600, 3))
-        memory = update_memory(memory, LIDAR, Scan(points, float(step), "all round"), state)
+        memory = update_memory(memory, LIDAR, Scan(points, float(step), sensor="all round"), state)
         away = np.linalg.norm(memory.position_m - state.position_m, axis=1)
         assert np.count_nonzero(away <= REACH_M) >= 600
     assert memory.dropped > 0
@@ -135,13 +135,13 @@ def test_coarse_balls_give_way_to_finer_ones_that_are_looked_at_from_near():
     state = State(np.zeros(3))
     memory = PointMemory.empty(0.12, reach_m=REACH_M, capacity=4_000)
     for step in range(3):
-        scan = Scan(np.concatenate([wall, rest]), float(step), "all round")
+        scan = Scan(np.concatenate([wall, rest]), float(step), sensor="all round")
         memory = update_memory(memory, LIDAR, scan, state)
     assert memory.boxes.level[memory.position_m[:, 0] > 9.0].min() > 0
     for step in range(3, 30):
         near = State(np.array([6.0, 0.0, 0.0]), time_s=float(step))
         direct = PATTERN.directions[PATTERN.directions[:, 0] > 0.75]
         hits = direct * (4.0 / direct[:, :1])
-        memory = update_memory(memory, LIDAR, Scan(hits, float(step), "all round"), near)
+        memory = update_memory(memory, LIDAR, Scan(hits, float(step), sensor="all round"), near)
     ahead = np.abs(memory.position_m - np.array([10.0, 0.0, 0.0])) < 1.0
     assert memory.boxes.level[ahead.all(axis=1)].max() == 0

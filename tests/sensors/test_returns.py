@@ -13,10 +13,14 @@ from clearway.sensors.returns import bin_returns
 
 GRIDS = (
     AvoidanceGrid.uniform(),
-    AvoidanceGrid.uniform((1.0, 8.0), 3, 180.0, 12, 90.0, 6),
-    AvoidanceGrid.uniform(100.0, 4, (-10.0, 100.0), 1, (-90.0, 0.0), 2),
+    AvoidanceGrid.uniform((1.0, 8.0), 3, azimuth_deg=180.0, columns=12, elevation_deg=90.0, rows=6),
+    AvoidanceGrid.uniform(
+        100.0, 4, azimuth_deg=(-10.0, 100.0), columns=1, elevation_deg=(-90.0, 0.0), rows=2
+    ),
     AvoidanceGrid(
-        np.array([0.0, 0.5, 4.0]), np.array([-3.0, -0.1, 0.0, 2.0]), np.array([0.1, 1.5])
+        np.array([0.0, 0.5, 4.0]),
+        np.array([-3.0, -0.1, 0.0, 2.0]),
+        elevation_edges_rad=np.array([0.1, 1.5]),
     ),
 )
 

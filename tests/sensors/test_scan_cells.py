@@ -14,7 +14,7 @@ from clearway.sensors.returns import bin_returns
 from clearway.sensors.scan_cells import PlacedScan, detected_in, hindrance_of, share_of
 
 GRID = AvoidanceGrid.uniform()
-PATTERN = BeamPattern.per_cell(GRID, 4, 3, max_range_m=12.0)
+PATTERN = BeamPattern.per_cell(GRID, 4, elevations_per_cell=3, max_range_m=12.0)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2_000), st.booleans())

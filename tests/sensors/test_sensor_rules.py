@@ -106,7 +106,7 @@ def test_a_lidar_answers_the_questions_of_a_range_sensor() -> None:
     )
     places = np.array([[8.0, 0.3, 0.0], [11.5, 0.3, 0.0], [4.0, 0.0, 0.0]])
     wide = np.full(3, 0.3)
-    nothing = cw.Scan(np.zeros((0, 3)), 5.0, "a")
+    nothing = cw.Scan(np.zeros((0, 3)), 5.0, sensor="a")
     assert sensor.passes(nothing, state, places, wide, 0.1).tolist() == [True, True, False]
     assert sensor.passes(scan, state, places, wide, 0.1).tolist() == [True, False, False]
     # Memory by these answers is the memory of `update_memory`.

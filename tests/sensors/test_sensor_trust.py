@@ -129,7 +129,9 @@ def test_what_one_sees_steadily_counts_though_another_misses_it() -> None:
 
         def scan(self, world, state, rng):  # type: ignore[no-untyped-def]
             scan = simulate_scan(self.lidar, world, state, rng)
-            return cw.Scan(scan.points_m[scan.points_m[:, 1] < 0.5], scan.time_s, scan.sensor)
+            return cw.Scan(
+                scan.points_m[scan.points_m[:, 1] < 0.5], scan.time_s, sensor=scan.sensor
+            )
 
     both = [lidar("good"), partly]
     last = tried(both, [both[0], LeftBlind(partly, "blind")], 8, world)[-1]
@@ -166,7 +168,9 @@ def test_dirt_on_a_lens_is_found_though_most_of_what_it_sees_is_real() -> None:
             y, z = np.meshgrid(np.linspace(-0.3, 0.3, 31), np.linspace(-0.3, 0.3, 31))
             blot = np.stack([np.full(y.size, 3.0), y.ravel(), z.ravel()], axis=1)
             kept = np.hypot(scan.points_m[:, 1], scan.points_m[:, 2]) > 0.1 * scan.points_m[:, 0]
-            return cw.Scan(np.concatenate([scan.points_m[kept], blot]), scan.time_s, scan.sensor)
+            return cw.Scan(
+                np.concatenate([scan.points_m[kept], blot]), scan.time_s, sensor=scan.sensor
+            )
 
     street = cw.ObstacleMap(
         [cw.Obstacle.cuboid([30.0, y, 0.0], [80.0, 1.0, 8.0]) for y in (-4.0, 4.0)]
@@ -208,10 +212,10 @@ def test_a_liar_neither_blinds_the_others_nor_stops_the_flight(
 ) -> None:
     planner = cw.Planner.of(library, cw.AvoidanceSettings(sensor_fusion=rule))
     both = [lidar("good"), lidar("liar")]
-    mission = cw.Mission("m", cw.State(np.zeros(3)), np.array([[30.0, 0.0, 0.0]]))
-    system = cw.AvoidanceSystem(planner, mission, both)
+    mission = cw.Mission("m", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+    system = cw.AvoidanceSystem(planner, mission, lidars=both)
     told = [both[0], LyingLidar(both[1], lie, from_s=3.0)]
-    run = cw.simulate(system, WORLD, told, cw.SimulationSettings(time_limit_s=60.0))
+    run = cw.simulate(system, WORLD, lidars=told, settings=cw.SimulationSettings(time_limit_s=60.0))
     assert run.safe
     assert system.trust == {"good": 1.0, "liar": 0.0}
     assert system.counts["scan: liar is contradicted by others"] > 10
@@ -226,8 +230,8 @@ def test_a_blind_sensor_does_not_wipe_out_what_another_has_seen(
     library: cw.ReachLibrary,
 ) -> None:
     both = [lidar("good"), lidar("blind")]
-    mission = cw.Mission("m", cw.State(np.zeros(3)), np.array([[30.0, 0.0, 0.0]]))
-    system = cw.AvoidanceSystem(cw.Planner.of(library), mission, both)
+    mission = cw.Mission("m", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+    system = cw.AvoidanceSystem(cw.Planner.of(library), mission, lidars=both)
     nothing = np.zeros((0, 3))
     system.update(at(5.0))
     system.update(simulate_scan(both[0], WORLD, at(5.0)))
@@ -236,15 +240,15 @@ def test_a_blind_sensor_does_not_wipe_out_what_another_has_seen(
     for step in range(1, 5):
         time_s = 5.0 + 0.1 * step
         system.update(at(time_s, 5.0 / time_s))
-        system.update(cw.Scan(nothing, time_s, "blind"))
+        system.update(cw.Scan(nothing, time_s, sensor="blind"))
     remembered = system.situation(5.4)[0].remembered
     assert remembered is not None
     assert len(remembered.radius_m) == count
 
 
 def test_alone_a_sensor_is_as_before(library: cw.ReachLibrary) -> None:
-    mission = cw.Mission("m", cw.State(np.zeros(3)), np.array([[30.0, 0.0, 0.0]]))
-    system = cw.AvoidanceSystem(cw.Planner.of(library), mission, [lidar("a", sigma_m=0.05)])
+    mission = cw.Mission("m", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
+    system = cw.AvoidanceSystem(cw.Planner.of(library), mission, lidars=[lidar("a", sigma_m=0.05)])
     system.update(at(5.0))
     system.update(simulate_scan(lidar("a"), WORLD, at(5.0)))
     situation, _ = system.situation(5.0)
@@ -252,7 +256,7 @@ def test_alone_a_sensor_is_as_before(library: cw.ReachLibrary) -> None:
     assert system.trust == {"a": 1.0}
     # Beside a better one, its points alone grow by what it measures worse: 2 sigmas of 0.03 m.
     pair = [lidar("a", sigma_m=0.05), lidar("b", sigma_m=0.02)]
-    both = cw.AvoidanceSystem(cw.Planner.of(library), mission, pair)
+    both = cw.AvoidanceSystem(cw.Planner.of(library), mission, lidars=pair)
     both.update(at(5.0))
     both.update(simulate_scan(lidar("a"), WORLD, at(5.0)))
     together, _ = both.situation(5.0)

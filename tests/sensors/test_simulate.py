@@ -16,8 +16,8 @@ WORLD = BallWorld.of(((8.0, 0.0, 0.0), 3.0), ((0.0, -6.0, 1.0), 2.0), ((-15.0, 0
 
 
 def test_noiseless_returns_lie_on_the_surfaces():
-    state = State([1.0, -0.5, 0.3], np.radians([5.0, -10.0, 40.0]), 7.25)
-    lidar = Lidar("top", PATTERN, Mounting([0.1, 0.2, 0.3], np.radians([0.0, 15.0, 90.0])))
+    state = State([1.0, -0.5, 0.3], np.radians([5.0, -10.0, 40.0]), time_s=7.25)
+    lidar = Lidar("top", PATTERN, mounting=Mounting([0.1, 0.2, 0.3], np.radians([0.0, 15.0, 90.0])))
     scan = simulate_scan(lidar, WORLD, state)
     in_body = scan.points_m @ lidar.mounting.body_from_sensor.T + lidar.mounting.position_m
     in_world = in_body @ state.world_from_body.T + state.position_m

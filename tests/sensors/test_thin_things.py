@@ -21,7 +21,9 @@ NOTHING = ObstacleMap()
 
 def wire(x_m: float, z_m: float, radius_m: float = 0.004) -> ObstacleMap:
     """A level wire square across the way."""
-    return ObstacleMap([Obstacle.line([x_m, 0, z_m], 40.0, radius_m, [0, 0, 0.5 * np.pi])])
+    return ObstacleMap(
+        [Obstacle.line([x_m, 0, z_m], 40.0, radius_m=radius_m, orientation_rad=[0, 0, 0.5 * np.pi])]
+    )
 
 
 def at(x_m: float, time_s: float) -> State:
@@ -64,14 +66,17 @@ def test_a_wire_that_later_sweeps_miss_is_still_known() -> None:
 
 def test_beams_finer_than_what_was_declared_clear_it() -> None:
     fine = Lidar(
-        "lidar", BeamPattern.rotating(np.arange(-10, 10.05, 0.1), 0.1, 60.0, max_range_m=10.0)
+        "lidar",
+        BeamPattern.rotating(
+            np.arange(-10, 10.05, 0.1), 0.1, azimuth_span_deg=60.0, max_range_m=10.0
+        ),
     )
     world = wire(4.0, 0.0, 0.01)
     memory = PointMemory.empty(0.12, smallest_m=0.02)
     memory = update_memory(memory, fine, simulate_scan(fine, world, at(0.0, 0.0)), at(0.0, 0.0))
     known = len(memory.radius_m)
     assert known > 20
-    empty = Scan(np.zeros((0, 3)), 1.0, "lidar")
+    empty = Scan(np.zeros((0, 3)), 1.0, sensor="lidar")
     once = update_memory(memory, fine, empty, at(0.0, 1.0))
     assert len(once.radius_m) == known
     twice = update_memory(once, fine, replace(empty, time_s=2.0), at(0.0, 2.0))
@@ -96,7 +101,7 @@ def test_returns_in_a_line_are_joined(gap_m: float) -> None:
     across = np.arange(-3.0, 3.01, gap_m)
     points = np.column_stack([np.full(len(across), 5.0), across, 0.1 * across])
     points += rng.normal(0.0, 0.01, points.shape)
-    scan = Scan(points, 0.0, "lidar")
+    scan = Scan(points, 0.0, sensor="lidar")
     memory = update_memory(PointMemory.empty(0.12), LIDAR, scan, at(0.0, 0.0))
     places = np.column_stack(
         [np.full(300, 5.0), np.linspace(-2.5, 2.5, 300), np.linspace(-0.25, 0.25, 300)]
@@ -108,7 +113,7 @@ def test_returns_in_a_line_are_joined(gap_m: float) -> None:
 def test_few_returns_all_about_are_not_joined() -> None:
     rng = np.random.default_rng(4)
     points = rng.uniform([3.0, -3.0, -2.0], [9.0, 3.0, 2.0], (60, 3))
-    scan = Scan(points, 0.0, "lidar")
+    scan = Scan(points, 0.0, sensor="lidar")
     memory = update_memory(PointMemory.empty(0.12), LIDAR, scan, at(0.0, 0.0))
     assert len(memory.radius_m) <= 62
 
@@ -163,7 +168,7 @@ def test_lone_returns_are_left_out_where_other_beams_show_what_they_are_not() ->
     """The smallest thing sought spans many beams there."""
     memory = PointMemory.empty(0.12, smallest_m=0.4)
     lone = LIDAR.pattern.directions[3_500] * 3.0
-    scan = Scan(np.array([lone]), 0.0, "lidar")
+    scan = Scan(np.array([lone]), 0.0, sensor="lidar")
     memory = update_memory(memory, LIDAR, scan, at(0.0, 0.0))
     assert memory.too_small == 1
     assert len(memory.radius_m) == 0

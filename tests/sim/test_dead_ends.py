@@ -122,8 +122,10 @@ def test_distances_of_turned_shapes_are_those_worked_out_by_hand() -> None:
     turned = (0.0, 0.0, 0.5 * np.pi)
     shapes = [
         Obstacle.ball((0.0, 0.0, 50.0), 2.0),
-        Obstacle.cuboid((0.0, 0.0, 0.0), (4.0, 2.0, 2.0), 0.5, turned),
-        Obstacle.line((30.0, 0.0, 0.0), 6.0, 0.25, (0.0, 0.5 * np.pi, 0.0)),
+        Obstacle.cuboid((0.0, 0.0, 0.0), (4.0, 2.0, 2.0), radius_m=0.5, orientation_rad=turned),
+        Obstacle.line(
+            (30.0, 0.0, 0.0), 6.0, radius_m=0.25, orientation_rad=(0.0, 0.5 * np.pi, 0.0)
+        ),
     ]
     solids = Solids.of(shapes)
     points = [(0.0, 0.0, 53.0), (3.5, 0.0, 0.0), (0.0, 4.5, 0.0), (0.0, 0.0, 0.0), (30, 0, -4)]
@@ -131,7 +133,9 @@ def test_distances_of_turned_shapes_are_those_worked_out_by_hand() -> None:
     # Rolled about its length, a box shows its edge.
     edge = Solids.of([Obstacle.cuboid((0, 0, 0), (4, 2, 2), orientation_rad=(np.pi / 4, 0, 0))])
     np.testing.assert_allclose(edge.distance_m([(0.0, 0.0, 3.0)]), 3.0 - np.sqrt(2.0))
-    down = Solids.of([Obstacle.line((0, 0, 0), 10.0, 0.1, (0.0, np.radians(30.0), 0.0))])
+    down = Solids.of(
+        [Obstacle.line((0, 0, 0), 10.0, radius_m=0.1, orientation_rad=(0.0, np.radians(30.0), 0.0))]
+    )
     nose = 5.0 * np.array([np.cos(np.radians(30.0)), 0.0, -np.sin(np.radians(30.0))])
     np.testing.assert_allclose(down.distance_m([nose]), -0.1)
 

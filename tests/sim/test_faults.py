@@ -18,8 +18,15 @@ from clearway.studies.faults import STUDIES, case, fly_one, fly_studies
 from clearway.traffic import Intruder
 from in_process import clearway
 
-SCAN = Scan(np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [3.0, 4.0, 12.0]]), 1.0, "lidar")
-REPORT = Intruder(np.array([1.0, 2.0, 3.0]), np.array([1.0, 0, 0]), np.zeros(2), 0.5, "A", 1.0)
+SCAN = Scan(np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [3.0, 4.0, 12.0]]), 1.0, sensor="lidar")
+REPORT = Intruder(
+    np.array([1.0, 2.0, 3.0]),
+    np.array([1.0, 0, 0]),
+    spread_rad=np.zeros(2),
+    radius_m=0.5,
+    name="A",
+    time_s=1.0,
+)
 
 
 def test_without_faults_nothing_changes():

@@ -77,10 +77,15 @@ def test_no_column_is_hit_that_is_put_where_no_beam_was(kind: str, seed: int) ->
     rng = np.random.default_rng(seed)
     height = float(rng.uniform(SPAN_M[0] + 2.0, SPAN_M[1] - 2.0))
     start = State(np.array([0.0, 0.0, height]), np.array([0.0, 0.0, rng.uniform(-3.1, 3.1)]))
-    mission = Mission("opposed", start, np.array([[40.0, 0.0, rng.uniform(2.0, 10.0)]]), 1.5)
+    mission = Mission(
+        "opposed",
+        start,
+        waypoints_m=np.array([[40.0, 0.0, rng.uniform(2.0, 10.0)]]),
+        reach_radius_m=1.5,
+    )
     few = np.column_stack([rng.uniform(5.0, 35.0, 6), rng.uniform(-6.0, 6.0, 6), np.zeros(6)])
     world = Columns(few, rng.uniform(0.2, 1.0, 6), RANGE_M, clear_m=2.5, unit_m=1.0)
-    system = AvoidanceSystem(planner(kind), mission, (ring(),))
+    system = AvoidanceSystem(planner(kind), mission, lidars=(ring(),))
     track, certain = [start.position_m], []
 
     def oppose(entry: Any, _progress: Any) -> None:
@@ -92,7 +97,13 @@ def test_no_column_is_hit_that_is_put_where_no_beam_was(kind: str, seed: int) ->
             plans = [decision.path_m] + ([way.path_m] if way is not None else [])
             world.oppose(plans, np.array(track), rng)
 
-    run = simulate(system, world, (ring(),), SimulationSettings(time_limit_s=60.0), oppose)
+    run = simulate(
+        system,
+        world,
+        lidars=(ring(),),
+        settings=SimulationSettings(time_limit_s=60.0),
+        on_decision=oppose,
+    )
     assert system.escape.flown == "strict", str(system.escape)
     # All round and as far as plans lead, only what others hide was never looked at.
     assert len(world.radii_m) > 6 or seed > 1, "the adversary found places"

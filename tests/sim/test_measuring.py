@@ -39,7 +39,7 @@ from clearway.vehicle.measured import with_exact_rounds
 from in_process import clearway
 
 SETTINGS = MeasureSettings(flights=2, held_out=1, seed=3)
-ASKED = MovementAutomaton.multirotor(2.0, 15.0, 2.0, climb_mps=0.5, diagonals=False)
+ASKED = MovementAutomaton.multirotor(2.0, 15.0, duration_s=2.0, climb_mps=0.5, diagonals=False)
 
 
 class Lagging:
@@ -151,7 +151,9 @@ def test_every_movement_that_may_have_been_flown_last_has_a_reach_set_of_its_own
     automaton = measured.automaton
     table = automaton.pairs
     assert table is not None
-    library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=12.0), "primitives")
+    library = ReachLibrary.build(
+        automaton, AvoidanceGrid.uniform(range_m=12.0), method="primitives"
+    )
     planner = Planner.of(library)
     for previous in automaton.names:
         state = automaton.after(State(np.zeros(3)), previous)
@@ -166,7 +168,9 @@ def test_every_movement_that_may_have_been_flown_last_has_a_reach_set_of_its_own
 
 def test_ways_out_keep_clear_by_the_tube(measured: MeasuredPlant):
     automaton = measured.automaton
-    library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=12.0), "primitives")
+    library = ReachLibrary.build(
+        automaton, AvoidanceGrid.uniform(range_m=12.0), method="primitives"
+    )
     body_m = 0.3
 
     def margin_of_hold(tube_m: tuple[float, ...]) -> bool:

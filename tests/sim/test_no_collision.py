@@ -49,7 +49,9 @@ class Drawn:
         if usual and (wind_share or simulated):
             range_m = 15.0
         margin = 0.6 if usual else float(rng.uniform(0.3, 0.9)) * scale
-        grid = AvoidanceGrid.uniform(range_m, 10, azimuth, columns=7, elevation_deg=elevation)
+        grid = AvoidanceGrid.uniform(
+            range_m, 10, azimuth_deg=azimuth, columns=7, elevation_deg=elevation
+        )
         automaton = MovementAutomaton.plane(scale, turn_deg)
         blows = float(np.random.default_rng([seed, 9]).uniform(-np.pi, np.pi))
         wind = (wind_share * scale * np.cos(blows), wind_share * scale * np.sin(blows), 0.0)
@@ -63,20 +65,24 @@ class Drawn:
         pattern = BeamPattern.per_cell(grid, 20, elevations_per_cell=10, max_range_m=range_m)
         lidar = Lidar("lidar", pattern, sigma_m=0.01 * scale, dropout=dropout)
         there = np.array([[12.0 * radius, 0.0, 0.0]])
-        mission = Mission("opposed", State(np.zeros(3)), there, 0.4 * radius)
+        mission = Mission(
+            "opposed", State(np.zeros(3)), waypoints_m=there, reach_radius_m=0.4 * radius
+        )
         few = rng.uniform(-1.0, 1.0, (6, 3)) * [4.0, 2.0, 1.0] * radius + [6.0 * radius, 0.0, 0.0]
         self.scale = scale
         self.world = AdversaryWorld(
             few, rng.uniform(0.4, 2.0, 6) * scale, range_m, clear_m=1.5 * scale, unit_m=scale
         )
-        self.system = AvoidanceSystem(planner, mission, (lidar,))
+        self.system = AvoidanceSystem(planner, mission, lidars=(lidar,))
         self.held_from_s = np.inf
         self.without = 0
         self._rng, self._track = rng, [np.zeros(3)]
         simulation = SimulationSettings(seed=seed, time_limit_s=60.0, wind_mps=wind, **simulated)
         if faults is not None:
             simulation = replace(simulation, faults=faults)
-        self.run = simulate(self.system, self.world, (lidar,), simulation, self._oppose)
+        self.run = simulate(
+            self.system, self.world, lidars=(lidar,), settings=simulation, on_decision=self._oppose
+        )
 
     def _oppose(self, entry, _progress) -> None:
         decision = entry.flight.decision

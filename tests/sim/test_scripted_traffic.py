@@ -10,7 +10,7 @@ from clearway.live.mission import Mission
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
 
 STEP_S = 0.05
-MISSION = Mission("north", State(np.zeros(3)), np.array([[0.0, 50.0, 0.0]]))
+MISSION = Mission("north", State(np.zeros(3)), waypoints_m=np.array([[0.0, 50.0, 0.0]]))
 
 
 def flown(script: ScriptedIntruder, settings: TrafficSettings | None = None) -> Traffic:

@@ -123,11 +123,16 @@ def test_a_scale_fifteen_times_as_large_changes_nothing_but_the_scale():
     library = ReachLibrary.build(MovementAutomaton.plane(speed_mps=scale), grid)
     world = ObstacleMap([Obstacle.ball(scale * np.array([10.0, 0, 0]), 2.0 * scale)])
     lidar = Lidar("lidar", BeamPattern.per_cell(grid, max_range_m=10.0 * scale))
-    to_fly = Mission("large", State(np.zeros(3)), np.array([[20.0 * scale, 0, 0]]), 1.5 * scale)
-    system = AvoidanceSystem(
-        Planner.of(library, AvoidanceSettings(safety_margin_m=0.6 * scale)), to_fly, (lidar,)
+    to_fly = Mission(
+        "large",
+        State(np.zeros(3)),
+        waypoints_m=np.array([[20.0 * scale, 0, 0]]),
+        reach_radius_m=1.5 * scale,
     )
-    run = simulate(system, world, (lidar,))
+    system = AvoidanceSystem(
+        Planner.of(library, AvoidanceSettings(safety_margin_m=0.6 * scale)), to_fly, lidars=(lidar,)
+    )
+    run = simulate(system, world, lidars=(lidar,))
     assert run.safe
 
 

@@ -18,7 +18,7 @@ NAMES = ("Left", "Up", "Straight", "Right")
 def moved(seed: int = 0, steps: int | None = None, **settings: object) -> TrueMotion:
     """The motion after NAMES, or after some steps of the first one."""
     simulation = SimulationSettings(**settings)  # type: ignore[arg-type]
-    start = State([1.0, 2.0, 3.0], [0.0, 0.0, 0.3], 5.0)
+    start = State([1.0, 2.0, 3.0], [0.0, 0.0, 0.3], time_s=5.0)
     plant = KinematicPlant(AUTOMATON, start, simulation, np.random.default_rng(seed), 0.6)
     motion = TrueMotion(plant, start.time_s, simulation.step_s)
     for movement in AUTOMATON.chain(NAMES):

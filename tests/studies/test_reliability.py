@@ -158,7 +158,9 @@ class _There:
         self.cells = type("Cells", (), {"evidence": evidence})()
 
 
-REACH_SET = build_reach_set(MovementAutomaton.plane(), AvoidanceGrid.uniform(6.0, 6), "primitives")
+REACH_SET = build_reach_set(
+    MovementAutomaton.plane(), AvoidanceGrid.uniform(6.0, 6), method="primitives"
+)
 
 
 def test_a_ball_obstructs_the_cells_it_is_in_and_a_wire_those_it_passes():
@@ -218,8 +220,8 @@ def test_a_flight_is_looked_at_by_every_rating_and_the_product_of_passages_is_wh
     from clearway.live import AvoidanceSystem
 
     flying = planner(escape="off")
-    system = AvoidanceSystem(flying, mission((20.0, 0.0, 0.0)), (LIDAR,))
-    run = simulate(system, ball, (LIDAR,), SimulationSettings(time_limit_s=8.0))
+    system = AvoidanceSystem(flying, mission((20.0, 0.0, 0.0)), lidars=(LIDAR,))
+    run = simulate(system, ball, lidars=(LIDAR,), settings=SimulationSettings(time_limit_s=8.0))
     found = looked_at(run, flying.settings, 10.0)
     assert {key for key in found.counts if key[0] in KINDS} == {
         (kind, name) for kind in KINDS for name in RATINGS

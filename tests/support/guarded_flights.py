@@ -57,7 +57,9 @@ def world_of(seed: int, vehicle: str) -> ObstacleMap:
             size = tuple(float(s) for s in rng.uniform(0.3, 5.0, 3))
             one = Obstacle.cuboid(place, size, orientation_rad=turned)
         else:
-            one = Obstacle.line(place, float(rng.uniform(2.0, 12.0)), 0.15, turned)
+            one = Obstacle.line(
+                place, float(rng.uniform(2.0, 12.0)), radius_m=0.15, orientation_rad=turned
+            )
         if Solids.of([one]).distance_m([0.0, 0.0, 0.0])[0] > room:
             obstacles.append(one)
     return ObstacleMap(obstacles)
@@ -102,7 +104,7 @@ class GuardedFlight:
         self.guardian = Guardian(
             planner_for(self.vehicle, escape),
             State(self.place, np.array([0.0, 0.0, self.yaw])),
-            () if self.lidar is None else (self.lidar,),
+            lidars=() if self.lidar is None else (self.lidar,),
             obstacle_map=None if self.with_lidar else self.map,
             hold_s=HOLD_S,
         )

@@ -37,6 +37,6 @@ def random_intruder(kind: str, seed: int) -> Intruder:
     return Intruder(
         place - before_m * way,
         speed * way,
-        rng.uniform(0.01, widest, 2),
-        rng.uniform(0.05, 0.25) * RANGE_M,
+        spread_rad=rng.uniform(0.01, widest, 2),
+        radius_m=rng.uniform(0.05, 0.25) * RANGE_M,
     )

@@ -142,7 +142,7 @@ class Bench:
         self.counts: Counter[str] = Counter()
         lidar = SENSOR if sensor else None
         self.system = AvoidanceSystem(
-            planner(), mission(*waypoints), () if lidar is None else (lidar,)
+            planner(), mission(*waypoints), lidars=() if lidar is None else (lidar,)
         )
         over = {key: settings.pop(key) for key in OF_THE_LINK if key in settings}
         settings = {"floor": FloorRule(0.6, -100.0)} | settings

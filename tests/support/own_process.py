@@ -7,8 +7,6 @@ import sys
 from pathlib import Path
 
 CALL = "from clearway.cli.app import main; main()"
-NO_DEPRECATED = "-Werror::DeprecationWarning:__main__"
-"""Of Python, for programs that users are shown: calls of theirs that are on their way out fail."""
 CLEARWAY = [sys.executable, "-c", CALL]
 
 

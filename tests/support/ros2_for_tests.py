@@ -40,7 +40,7 @@ BEGAN_S = 1_700_000_000.0
 GRID = AvoidanceGrid.uniform()
 PATTERN = BeamPattern.per_cell(GRID, 8, max_range_m=10.0)
 MOUNTING = Mounting(np.array([0.2, 0.0, 0.1]), np.array([0.0, 0.0, 0.0]))
-LIDAR = Lidar("front", PATTERN, MOUNTING)
+LIDAR = Lidar("front", PATTERN, mounting=MOUNTING)
 
 
 class LocalBus:
@@ -177,7 +177,9 @@ class RosBench:
         goal = np.array([[30.0, 0.0, 0.0]])
         start = State(np.zeros(3), time_s=BEGAN_S)
         lidars = dict.fromkeys(self.parameters.clouds, LIDAR)
-        system = AvoidanceSystem(planner, Mission("out", start, goal), tuple(lidars.values()))
+        system = AvoidanceSystem(
+            planner, Mission("out", start, waypoints_m=goal), lidars=tuple(lidars.values())
+        )
         terms = SessionTerms(act=True, floor=FloorRule(0.6))
         self.bus, self.counts = LocalBus(), Counter[str]()
         sensor = LIDAR if lidars else None

@@ -69,7 +69,7 @@ class GuardBench:
         self.guardian = Guardian(
             planner_for(vehicle, "strict" if sensor else "known"),
             State(np.zeros(3)),
-            tuple(lidars.values()),
+            lidars=tuple(lidars.values()),
             obstacle_map=None if sensor else obstacle_map,
             hold_s=guard.hold_s,
             acceleration_mps2=acceleration,

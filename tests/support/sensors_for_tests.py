@@ -17,7 +17,7 @@ WORLD = cw.ObstacleMap(
 
 
 def lidar(name: str, **changes: object) -> cw.Lidar:
-    pattern = cw.BeamPattern.per_cell(GRID, 20, 10, max_range_m=10.0)
+    pattern = cw.BeamPattern.per_cell(GRID, 20, elevations_per_cell=10, max_range_m=10.0)
     settings: dict[str, object] = {"sigma_m": 0.02} | changes
     return cw.Lidar(name, pattern, **settings)  # type: ignore[arg-type]
 

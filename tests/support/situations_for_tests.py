@@ -78,15 +78,15 @@ def situation(draws: Draws, grid: AvoidanceGrid, lidar: Lidar) -> Situation:
     state = State(
         draws.vector(20.0),  # type: ignore[arg-type]
         [draws.value(float(a)) for a in rng.uniform(-0.6, 0.6, 3)],  # type: ignore[arg-type]
-        draws.value(5.0),
-        draws.value(0.05, least=0.0),
-        draws.value(0.0, least=0.0),
+        time_s=draws.value(5.0),
+        position_std_m=draws.value(0.05, least=0.0),
+        attitude_std_rad=draws.value(0.0, least=0.0),
     )
     detections: list[Any] = []
     if rng.uniform() < 0.3:
         points = rng.normal(0.0, 5.0, (50, 3))
         points[:3] = rng.choice([np.nan, np.inf, -np.inf, 0.0, 1e300], (3, 3))
-        detection = detect(grid, lidar, Scan(points, draws.value(5.0), lidar.name))
+        detection = detect(grid, lidar, Scan(points, draws.value(5.0), sensor=lidar.name))
         if rng.uniform() < draws.poison:
             draws.impossible = True
             share = detection.probability.copy()
@@ -111,7 +111,7 @@ def situation(draws: Draws, grid: AvoidanceGrid, lidar: Lidar) -> Situation:
     return Situation(
         state,
         np.array(draws.vector(20.0)),
-        np.array(draws.vector(20.0)) if rng.uniform() < 0.5 else None,
+        next_m=np.array(draws.vector(20.0)) if rng.uniform() < 0.5 else None,
         reach_radius_m=draws.value(1.5, least=1e-300),
         detections=detections,
         remembered=draws.balls(int(rng.integers(0, 60))) if rng.uniform() < 0.6 else None,

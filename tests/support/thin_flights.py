@@ -64,7 +64,7 @@ class QuickScanner:
         points = told[:, None] * pattern.directions[hit]
         wet = rng.integers(0, pattern.beams, rng.binomial(pattern.beams, self.rain))
         drops = rng.uniform(0.3, pattern.max_range_m, (len(wet), 1)) * pattern.directions[wet]
-        return Scan(np.concatenate([points, drops]), state.time_s, self.name)
+        return Scan(np.concatenate([points, drops]), state.time_s, sensor=self.name)
 
 
 @njit(cache=True)
@@ -107,7 +107,7 @@ def fine_lidar(family: str) -> Lidar:
     wanted = THINNEST_M[family] / turning_distance_m(planner())
     steps = (np.diff(GRID.edges.azimuth_rad).max(), np.diff(GRID.edges.elevation_rad).max())
     across, up = (int(np.ceil(float(step) / wanted)) for step in steps)
-    beams = BeamPattern.per_cell(GRID, across, up, max_range_m=10.0)
+    beams = BeamPattern.per_cell(GRID, across, elevations_per_cell=up, max_range_m=10.0)
     return Lidar("fine", beams, sigma_m=0.03, dropout=0.05)
 
 

@@ -17,7 +17,9 @@ THINNEST_M = {"wires": 0.006, "poles": 0.016, "nets": 0.006}
 
 def _mission(family: str, seed: int) -> Mission:
     return Mission(
-        f"{family}-{seed}", State(np.array([-6.0, 0.0, 0.0])), np.array([[LENGTH_M, 0.0, 0.0]])
+        f"{family}-{seed}",
+        State(np.array([-6.0, 0.0, 0.0])),
+        waypoints_m=np.array([[LENGTH_M, 0.0, 0.0]]),
     )
 
 
@@ -34,8 +36,8 @@ def wires(seed: int) -> tuple[ObstacleMap, Mission]:
             Obstacle.line(
                 [x, 0.0, rng.uniform(-0.8, 0.8)],
                 50.0,
-                float(rng.uniform(0.003, 0.010)),
-                [0.0, tilt[0], 0.5 * np.pi + tilt[1]],
+                radius_m=float(rng.uniform(0.003, 0.010)),
+                orientation_rad=[0.0, tilt[0], 0.5 * np.pi + tilt[1]],
             )
         )
         x += rng.uniform(5.0, 8.0)
@@ -51,7 +53,12 @@ def poles(seed: int) -> tuple[ObstacleMap, Mission]:
         if all(np.linalg.norm(place - other) >= 2.5 for other in places) and len(places) < 60:
             places.append(place)
     things = [
-        Obstacle.line([x, y, 0.0], 60.0, float(rng.uniform(0.008, 0.040)), [0.0, 0.5 * np.pi, 0.0])
+        Obstacle.line(
+            [x, y, 0.0],
+            60.0,
+            radius_m=float(rng.uniform(0.008, 0.040)),
+            orientation_rad=[0.0, 0.5 * np.pi, 0.0],
+        )
         for x, y in places
     ]
     return ObstacleMap(things), _mission("poles", seed)
@@ -66,9 +73,20 @@ def nets(seed: int) -> tuple[ObstacleMap, Mission]:
         y, z = rng.uniform(-1.5, 1.5, 2)
         mesh, radius = rng.uniform(0.3, 0.6), float(rng.uniform(0.003, 0.006))
         for side in np.arange(-0.5 * width, 0.5 * width + 1e-9, mesh):
-            things.append(Obstacle.line([x, y + side, z], height, radius, [0.0, 0.5 * np.pi, 0.0]))
+            things.append(
+                Obstacle.line(
+                    [x, y + side, z],
+                    height,
+                    radius_m=radius,
+                    orientation_rad=[0.0, 0.5 * np.pi, 0.0],
+                )
+            )
         for up in np.arange(-0.5 * height, 0.5 * height + 1e-9, mesh):
-            things.append(Obstacle.line([x, y, z + up], width, radius, [0.0, 0.0, 0.5 * np.pi]))
+            things.append(
+                Obstacle.line(
+                    [x, y, z + up], width, radius_m=radius, orientation_rad=[0.0, 0.0, 0.5 * np.pi]
+                )
+            )
     return ObstacleMap(things), _mission("nets", seed)
 
 

@@ -27,7 +27,12 @@ def planner(**settings: object) -> Planner:
 
 
 def mission(*waypoints: tuple[float, float, float], radius: float = 1.5) -> Mission:
-    return Mission("test", State(np.zeros(3)), np.array(waypoints, dtype=float), radius)
+    return Mission(
+        "test",
+        State(np.zeros(3)),
+        waypoints_m=np.array(waypoints, dtype=float),
+        reach_radius_m=radius,
+    )
 
 
 def flown(
@@ -38,8 +43,10 @@ def flown(
     settings: dict[str, object] | None = None,
     **simulation: object,
 ) -> Run:
-    system = AvoidanceSystem(planner(**(settings or {})), to_fly, lidars, obstacle_map)
-    return simulate(system, world, lidars, SimulationSettings(**simulation))  # type: ignore[arg-type]
+    system = AvoidanceSystem(
+        planner(**(settings or {})), to_fly, lidars=lidars, obstacle_map=obstacle_map
+    )
+    return simulate(system, world, lidars=lidars, settings=SimulationSettings(**simulation))  # type: ignore[arg-type]
 
 
 def static_world():

@@ -19,7 +19,9 @@ from clearway.traffic.models.tube import tube_cells
 from intruders_for_tests import KINDS, random_intruder
 
 GRID = AvoidanceGrid.uniform()
-ROUND = AvoidanceGrid.uniform((0.5, 10.0), 4, 180.0, 5, 85.0, 3)
+ROUND = AvoidanceGrid.uniform(
+    (0.5, 10.0), 4, azimuth_deg=180.0, columns=5, elevation_deg=85.0, rows=3
+)
 FLANK = Intruder([6, 8, 0], [0, -1, 0], radius_m=1.0, name="flank")
 CASES = {
     "flank": FLANK,
@@ -167,7 +169,9 @@ def test_a_point_fills_nothing_but_touches_its_line() -> None:
 @pytest.mark.nightly
 def test_a_half_shell_may_be_filled_most_at_once() -> None:
     # The ball leaves a cell half round the vehicle, and comes back to its other end later.
-    shell = AvoidanceGrid.uniform((38.75, 42.5), 1, 180.0, 2, (-60.0, 0.0), 1)
+    shell = AvoidanceGrid.uniform(
+        (38.75, 42.5), 1, azimuth_deg=180.0, columns=2, elevation_deg=(-60.0, 0.0), rows=1
+    )
     ball = Intruder([-25.0, 4.1, -3.5], [9.9, -0.7, 1.2], radius_m=20.0)
     slow = body_cells(shell, [ball], "reference").of(0)
     assert slow.probability.max() == pytest.approx(0.097, abs=0.01)
@@ -178,7 +182,9 @@ def test_a_half_shell_may_be_filled_most_at_once() -> None:
 
 def test_a_body_meets_both_ends_of_a_cell_all_round() -> None:
     # Short contacts on either side of the vehicle, far apart on the way.
-    rings = AvoidanceGrid.uniform((1.0, 10.0), 24, 180.0, 1, 10.0, 1)
+    rings = AvoidanceGrid.uniform(
+        (1.0, 10.0), 24, azimuth_deg=180.0, columns=1, elevation_deg=10.0, rows=1
+    )
     cells = body_cells(rings, [Intruder([0.2, 30.0, 0.1], [0.0, -20.0, 0.0], radius_m=0.05)]).of(0)
     ranges = rings.range_edges_m
     # The ball's nearest point leads its centre; it passes 0.22 m beside the vehicle.

@@ -22,11 +22,11 @@ from clearway.traffic.models.timing import TIMED_RULES
 
 GRID = AvoidanceGrid.uniform()
 TIMES = radial_vehicle_times(GRID, 1.0)
-FLANK = Intruder([6, 8, 0], [0, -1, 0], [np.pi / 12, np.pi / 16], radius_m=1.0)
+FLANK = Intruder([6, 8, 0], [0, -1, 0], spread_rad=[np.pi / 12, np.pi / 16], radius_m=1.0)
 
 
 def test_first_intruder_of_table_6_2() -> None:
-    first = Intruder([6, 8, -0.5], [0, -1, 0], [np.pi / 16, np.pi / 24])
+    first = Intruder([6, 8, -0.5], [0, -1, 0], spread_rad=[np.pi / 16, np.pi / 24])
     cells = assess_intruders(GRID, [first], models=["line", "spread"], accuracy="reference")
     assert np.count_nonzero(cells.probability) == 77
     assert cells.probability.sum() == pytest.approx(15.1454, abs=1e-3)
@@ -56,7 +56,7 @@ def test_largest_of_the_chosen_models(timed: bool | str) -> None:
 
 
 def test_several_intruders_combine() -> None:
-    other = Intruder([9, -5, 1], [-1, 0.7, 0], [0.2, 0.1], radius_m=0.5)
+    other = Intruder([9, -5, 1], [-1, 0.7, 0], spread_rad=[0.2, 0.1], radius_m=0.5)
     both = assess_intruders(GRID, [FLANK, other])
     single = [assess_intruders(GRID, [i]).probability for i in (FLANK, other)]
     expected = 1.0 - (1.0 - single[0]) * (1.0 - single[1])
@@ -89,7 +89,7 @@ def test_without_intruders_nothing_is_met() -> None:
 def test_never_nan_on_top_of_the_ownship_standing_or_tiny(
     position: list[float], velocity: list[float], spread: list[float], radius: float
 ) -> None:
-    intruder = Intruder(position, velocity, spread, radius)
+    intruder = Intruder(position, velocity, spread_rad=spread, radius_m=radius)
     models = ["line", "body", "spread", "tube"]
     for timed in (False, True, "shorter", "future"):
         cells = assess_intruders(GRID, [intruder], models, timed, TIMES)
@@ -103,7 +103,9 @@ def test_never_nan_on_top_of_the_ownship_standing_or_tiny(
 def test_a_thousand_intruders() -> None:
     rng = np.random.default_rng(3)
     crowd = [
-        Intruder(rng.normal(size=3) * 20, rng.normal(size=3) * 5, [0.2, 0.1], 0.5)
+        Intruder(
+            rng.normal(size=3) * 20, rng.normal(size=3) * 5, spread_rad=[0.2, 0.1], radius_m=0.5
+        )
         for _ in range(1000)
     ]
     cells = assess_intruders(GRID, crowd)
@@ -138,7 +140,9 @@ def test_who_passes_the_grid_by_says_nothing_of_any_cell(seed, speed_mps, spread
         place *= rng.uniform(5.0, 60.0) / np.linalg.norm(place)
         way = aim * rng.uniform(8.0, 14.0) / np.linalg.norm(aim) - place
         velocity = way * rng.choice([1.0, -1.0]) * speed_mps / np.linalg.norm(way)
-        intruders.append(Intruder(place, velocity, np.array([spread_rad, 0.5 * spread_rad])))
+        intruders.append(
+            Intruder(place, velocity, spread_rad=np.array([spread_rad, 0.5 * spread_rad]))
+        )
     together = assess_intruders(GRID, intruders, up=rng.normal(size=3))
     for name in together.models:
         alone = MODELS[name](GRID, intruders, np.array([0.0, 0.0, 1.0]), "fast")
@@ -147,8 +151,8 @@ def test_who_passes_the_grid_by_says_nothing_of_any_cell(seed, speed_mps, spread
 
 
 def test_who_flies_away_is_not_looked_at_and_who_comes_is() -> None:
-    away = Intruder([50, 0, 0], [5, 0, 0], [0.2, 0.2])
-    comes = Intruder([50, 0, 0], [-5, 0.5, 0], [0.2, 0.2])
+    away = Intruder([50, 0, 0], [5, 0, 0], spread_rad=[0.2, 0.2])
+    comes = Intruder([50, 0, 0], [-5, 0.5, 0], spread_rad=[0.2, 0.2])
     assert may_meet(GRID, [away, comes, FLANK]).tolist() == [False, True, True]
     of_all = assess_intruders(GRID, [away, comes, FLANK])
     alone = assess_intruders(GRID, [comes, FLANK])

@@ -82,10 +82,10 @@ def test_seen_from_keeps_distance_and_speed(position: list[float], attitude: lis
 
 
 def test_many_are_predicted_and_then_seen_from():
-    state = State(np.array([3.0, -2.0, 1.0]), np.array([0.1, -0.3, 2.0]), 4.5)
+    state = State(np.array([3.0, -2.0, 1.0]), np.array([0.1, -0.3, 2.0]), time_s=4.5)
     report = Intruder(
-        np.array([9.0, 4.0, 2.0]), np.array([-1.0, 0.5, 0.2]), np.array([0.2, 0.1]), 0.5, "A", 1.25,
-        0.3, 0.1,
+        np.array([9.0, 4.0, 2.0]), np.array([-1.0, 0.5, 0.2]), spread_rad=np.array([0.2, 0.1]),
+        radius_m=0.5, name="A", time_s=1.25, position_std_m=0.3, velocity_std_mps=0.1,
     )  # fmt: skip
     other = Intruder([1.0, 0.0, -7.0], [0.0, 0.0, 0.0], time_s=9.0)
     once, *_ = both = Intruders.of([report, other]).seen_at(state, state.world_from_body)

@@ -15,8 +15,10 @@ from clearway.traffic import Intruder, ModelCells, line_cells
 
 GRID = AvoidanceGrid.uniform()
 EVEN = AvoidanceGrid.uniform(columns=6, rows=4)
-ROUND = AvoidanceGrid.uniform((0.5, 10.0), 5, 180.0, 7, 90.0, 6)
-ONE = AvoidanceGrid.uniform(10.0, 2, 45.0, 1, 30.0, 1)
+ROUND = AvoidanceGrid.uniform(
+    (0.5, 10.0), 5, azimuth_deg=180.0, columns=7, elevation_deg=90.0, rows=6
+)
+ONE = AvoidanceGrid.uniform(10.0, 2, azimuth_deg=45.0, columns=1, elevation_deg=30.0, rows=1)
 
 
 def line(grid: AvoidanceGrid, position: npt.ArrayLike, velocity: npt.ArrayLike) -> ModelCells:

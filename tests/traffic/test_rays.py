@@ -64,7 +64,7 @@ def aimed(seed: int) -> Intruder:
     place = np.exp(rng.uniform(0.0, 5.0)) * away / np.linalg.norm(away)
     towards = rng.normal(scale=8.0, size=3) - place
     velocity = rng.choice([-1.0, 1.0]) * towards * np.exp(rng.uniform(-3.0, 1.0))
-    return Intruder(place, velocity, rng.uniform(0.0, rng.choice([0.05, 0.4, 1.5]), 2))
+    return Intruder(place, velocity, spread_rad=rng.uniform(0.0, rng.choice([0.05, 0.4, 1.5]), 2))
 
 
 @pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))

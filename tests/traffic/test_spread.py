@@ -19,18 +19,18 @@ from clearway.traffic.models.timing import share_of_vehicle_time
 from intruders_for_tests import KINDS, random_intruder
 
 GRID = AvoidanceGrid.uniform()
-COARSE = AvoidanceGrid.uniform(10.0, 3, 60.0, 3, 40.0, 2)
+COARSE = AvoidanceGrid.uniform(10.0, 3, azimuth_deg=60.0, columns=3, elevation_deg=40.0, rows=2)
 UP = np.array([0.0, 0.0, 1.0])
-FLANK = Intruder([6, 8, 0], [0, -1, 0], [np.pi / 12, np.pi / 16])
+FLANK = Intruder([6, 8, 0], [0, -1, 0], spread_rad=[np.pi / 12, np.pi / 16])
 CASES = {
     "flank": FLANK,
-    "oblique": Intruder([9, 5, 3], [-1, -0.7, -0.4], [0.25, 0.15]),
-    "vertical": Intruder([6, 1, 9], [0, 0, -2], [0.3, 0.1]),
-    "very fast": Intruder([300, 100, 20], [-240, -80, -16], [0.02, 0.01]),
-    "head-on": Intruder([15, 0, 0], [-3, 0, 0], [0.2, 0.2]),
-    "apex inside": Intruder([5.2, 0.3, 0.1], [0.5, 0.5, 0.2], [0.4, 0.2]),
-    "wide": Intruder([7, 6, -1], [-0.3, -1, 0.2], [1.2, 0.9]),
-    "re-entering": Intruder([4.2, 6, 0.5], [0, -1, 0], [0.1, 0.05]),
+    "oblique": Intruder([9, 5, 3], [-1, -0.7, -0.4], spread_rad=[0.25, 0.15]),
+    "vertical": Intruder([6, 1, 9], [0, 0, -2], spread_rad=[0.3, 0.1]),
+    "very fast": Intruder([300, 100, 20], [-240, -80, -16], spread_rad=[0.02, 0.01]),
+    "head-on": Intruder([15, 0, 0], [-3, 0, 0], spread_rad=[0.2, 0.2]),
+    "apex inside": Intruder([5.2, 0.3, 0.1], [0.5, 0.5, 0.2], spread_rad=[0.4, 0.2]),
+    "wide": Intruder([7, 6, -1], [-0.3, -1, 0.2], spread_rad=[1.2, 0.9]),
+    "re-entering": Intruder([4.2, 6, 0.5], [0, -1, 0], spread_rad=[0.1, 0.05]),
 }
 
 
@@ -99,7 +99,7 @@ def test_fast_holds_to_the_reference_for_random_cones(kind: str, seed: int) -> N
 
 @pytest.mark.parametrize("spread_deg", [(0.5, 25.0), (60.0, 0.5), (3.0, 50.0)])
 def test_meeting_of_thin_cones(spread_deg: tuple[float, float]) -> None:
-    thin = Intruder([6, 8, 0.5], [0.2, -1, -0.1], np.radians(spread_deg))
+    thin = Intruder([6, 8, 0.5], [0.2, -1, -0.1], spread_rad=np.radians(spread_deg))
     slow = spread_cells(GRID, [thin], UP, "reference").of(0)
     assert slow.meeting is not None
     for accuracy, most in (("fast", 0.015), ("fine", 0.003)):
@@ -145,16 +145,18 @@ def test_without_spread_it_is_the_line() -> None:
 
 
 def test_one_spread_alone_is_a_flat_fan() -> None:
-    fan = spread_cells(GRID, [Intruder([6, 8, 0], [0, -1, 0], [0.3, 0.0])], UP, "reference").of(0)
+    fan = spread_cells(
+        GRID, [Intruder([6, 8, 0], [0, -1, 0], spread_rad=[0.3, 0.0])], UP, "reference"
+    ).of(0)
     rows = np.unravel_index(np.flatnonzero(fan.probability), GRID.shape)[2]
     assert set(rows.tolist()) == {2}
-    tower = spread_cells(GRID, [Intruder([6, 8, 0], [0, -1, 0], [0.0, 0.3])], UP).of(0)
+    tower = spread_cells(GRID, [Intruder([6, 8, 0], [0, -1, 0], spread_rad=[0.0, 0.3])], UP).of(0)
     rows = np.unravel_index(np.flatnonzero(tower.probability), GRID.shape)[2]
     assert len(set(rows.tolist())) > 1
 
 
 def test_standing_intruder_stays_in_its_cell() -> None:
-    cells = spread_cells(GRID, [Intruder([5.5, 0, 0], [0, 0, 0], [0.3, 0.2])], UP).of(0)
+    cells = spread_cells(GRID, [Intruder([5.5, 0, 0], [0, 0, 0], spread_rad=[0.3, 0.2])], UP).of(0)
     assert cells.meeting is not None
     met = np.flatnonzero(cells.probability)
     np.testing.assert_array_equal(met, GRID.cell_of([[5.5, 0, 0]]))
@@ -164,15 +166,15 @@ def test_standing_intruder_stays_in_its_cell() -> None:
 
 def test_horizontal_spread_is_level_whatever_up_is() -> None:
     # Turned about the flight path with `up`, the wider spread becomes the vertical one.
-    wide = Intruder([6, 8, 0], [0, -1, 0], [0.3, 0.1])
-    tall = Intruder([6, 8, 0], [0, -1, 0], [0.1, 0.3])
+    wide = Intruder([6, 8, 0], [0, -1, 0], spread_rad=[0.3, 0.1])
+    tall = Intruder([6, 8, 0], [0, -1, 0], spread_rad=[0.1, 0.3])
     turned = spread_cells(GRID, [wide], np.array([1.0, 0.0, 0.0]), "reference").of(0)
     expected = spread_cells(GRID, [tall], UP, "reference").of(0)
     np.testing.assert_allclose(turned.probability, expected.probability, atol=1e-3)
 
 
 intruders = st.builds(
-    lambda position, velocity, spread: Intruder(position, velocity, spread),
+    lambda position, velocity, spread: Intruder(position, velocity, spread_rad=spread),
     st.lists(st.floats(-12, 12), min_size=3, max_size=3),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),
     st.lists(st.floats(0, 1.5), min_size=2, max_size=2),
@@ -205,7 +207,7 @@ def test_scale_of_time_and_length_does_not_matter(
     scaled = Intruder(
         intruder.position_m * length_scale,
         intruder.velocity_mps * length_scale * time_scale,
-        intruder.spread_rad,
+        spread_rad=intruder.spread_rad,
     )
     one = spread_cells(GRID, [intruder], UP).of(0)
     other = spread_cells(grid, [scaled], UP).of(0)
@@ -219,7 +221,7 @@ def test_scale_of_time_and_length_does_not_matter(
 def test_mirrored_intruders_have_mirrored_cells(intruder: Intruder) -> None:
     flip = np.array([1.0, -1.0, 1.0])
     mirrored = Intruder(
-        intruder.position_m * flip, intruder.velocity_mps * flip, intruder.spread_rad
+        intruder.position_m * flip, intruder.velocity_mps * flip, spread_rad=intruder.spread_rad
     )
     one = GRID.shaped(spread_cells(GRID, [intruder], UP).of(0).probability)
     other = GRID.shaped(spread_cells(GRID, [mirrored], UP).of(0).probability)

@@ -134,7 +134,7 @@ def test_a_cell_that_only_the_curve_touches_gets_the_whole_movement() -> None:
 
 
 def test_times_of_a_real_reach_set() -> None:
-    reach_set = build_reach_set(MovementAutomaton.plane(), GRID, "harmonic")
+    reach_set = build_reach_set(MovementAutomaton.plane(), GRID, method="harmonic")
     times = reach_set_vehicle_times(reach_set)
     passed = np.zeros(GRID.cells, dtype=bool)
     passed[reach_set.cell_index] = True

@@ -14,7 +14,7 @@ from clearway.traffic import Intruder, TrackerSettings
 
 
 def live(**more):
-    to_fly = Mission("test", State(np.zeros(3)), np.array([[30.0, 0.0, 0.0]]))
+    to_fly = Mission("test", State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
     system = AvoidanceSystem(planner_at(1.0), to_fly, **more)
     system.update(State(np.zeros(3)))
     return system

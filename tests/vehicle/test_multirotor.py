@@ -86,7 +86,7 @@ def test_what_stands_may_be_repeated_for_ever():
         place = ROTOR.rollout([1, 2, 3, 0, 0, 0.4], [name] * 20).states[:, :3]
         assert np.all(place == [1, 2, 3])
     once = frozenset((name, name) for name in standing)
-    assert not MovementAutomaton(ROTOR.movements, 0.0, MODEL, forbidden=once).can_stop
+    assert not MovementAutomaton(ROTOR.movements, 0.0, vehicle=MODEL, forbidden=once).can_stop
 
 
 def test_a_plane_cannot_stop():

@@ -143,7 +143,7 @@ def dated(tmp_path_factory):
     ground = GroundHeights(hills, np.array([-5.0, -5.0]), 10.0)
     begins = datetime(2026, 7, 1, 12, tzinfo=UTC)
     place = MissionPlace(Geodetic(50.9, 6.9, 60.0), ground, begins)
-    scans = [Scan(np.full((4, 3), at), at, short.setup.lidars[0].name) for at in (0.0, 1.0)]
+    scans = [Scan(np.full((4, 3), at), at, sensor=short.setup.lidars[0].name) for at in (0.0, 1.0)]
     write_mcap(short.run, replace(short.setup, place=place), "", path, scans)
     return path
 

@@ -192,4 +192,6 @@ def wall_ahead(scale: Scale, state: FloatArray) -> Obstacle:
     thick_m = 0.02 * scale.range_m
     size_m = (thick_m, 0.5 * scale.range_m, 2.0 * scale.range_m)
     middle = state[:3] + away_m + 0.5 * thick_m * away_m / np.linalg.norm(away_m)
-    return Obstacle.cuboid(middle, size_m, 0.0, np.array([0.0, 0.0, yaw]), "wall")
+    return Obstacle.cuboid(
+        middle, size_m, radius_m=0.0, orientation_rad=np.array([0.0, 0.0, yaw]), name="wall"
+    )

@@ -12,7 +12,7 @@ import numpy as np
 from clearway.avoidance.clearance import points_clearance, shapes_clearance, span_of
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.base.arrays import Floats, Floats2, UInt64s3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.seen_space import (
     NO_VOXELS,
     VoxelBox,
@@ -88,7 +88,7 @@ def _is_surface(ball: Ball, box: VoxelBox, surface: float, terms: EscapeTerms) -
     return True
 
 
-@borrowing
+@compiled
 def _is_unseen(free: UInt64s3, window: Floats, ball: Ball, a: int, b: int, c: int) -> bool:
     """Whether a ball meets a voxel that was not seen to be free."""
     width = 1.0 / window[3]

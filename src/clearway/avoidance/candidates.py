@@ -22,7 +22,7 @@ from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.way_out import UnderWay, WayOut
 from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
@@ -265,7 +265,7 @@ def priced_ends(
     )
 
 
-@borrowing
+@compiled
 def _side_of(ahead_m: float, left_m: float, view: GoalView) -> int:
     """-1 right, 0 straight, 1 left of the way to the goal."""
     if view.away_m < view.here_m:

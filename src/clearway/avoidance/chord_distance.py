@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from clearway.base.arrays import Floats
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import local_point, local_vector
@@ -18,7 +18,7 @@ DOUBT = 1e-12
 """More than rounding takes from a distance, as a share of all the lengths that it comes from."""
 
 
-@borrowing
+@compiled
 def chord_distance(
     px: float,
     py: float,
@@ -34,7 +34,7 @@ def chord_distance(
     return float(np.sqrt(chord_distance2(px, py, pz, ax, ay, az, bx, by, bz)))
 
 
-@borrowing
+@compiled
 def chord_distance2(
     px: float,
     py: float,
@@ -57,7 +57,7 @@ def chord_distance2(
     return dx * dx + dy * dy + dz * dz
 
 
-@borrowing
+@compiled
 def distance_at(a: Floats, b: Floats, share: float, shapes: Shapes, s: int) -> float:
     """Distance of shape `s` from the point at a share of the segment a-b."""
     return shape_distance(
@@ -69,7 +69,7 @@ def distance_at(a: Floats, b: Floats, share: float, shapes: Shapes, s: int) -> f
     )
 
 
-@borrowing
+@compiled
 def shape_chord_distance(a: Floats, b: Floats, shapes: Shapes, s: int, enough: float) -> float:
     """Distance from the segment a-b to shape `s`; exact where it is below `enough`.
 
@@ -111,7 +111,7 @@ def shape_chord_distance(a: Floats, b: Floats, shapes: Shapes, s: int, enough: f
     return min(ends, distance_at(a, b, 0.5 * (low + high), shapes, s))
 
 
-@borrowing
+@compiled
 def _beside(x: float, y: float, z: float, half: Floats) -> float:
     """Distance of a local point from a box before it is inflated: beside one face without a root,
     and so but for rounding that of `box_distance`."""
@@ -123,7 +123,7 @@ def _beside(x: float, y: float, z: float, half: Floats) -> float:
     return math.sqrt(ox * ox + oy * oy + oz * oz)
 
 
-@borrowing
+@compiled
 def shape_size(shapes: Shapes, s: int) -> float:
     """The lengths of a shape that its distances come from, for `DOUBT`."""
     center, half = shapes.center_m[s], shapes.half_m[s]
@@ -131,7 +131,7 @@ def shape_size(shapes: Shapes, s: int) -> float:
     return float(size + shapes.radius_m[s])
 
 
-@borrowing
+@compiled
 def _capsule_chord_distance(a: Floats, b: Floats, shapes: Shapes, s: int) -> float:
     """Distance from the segment a-b to a ball or a capsule, in closed form."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]

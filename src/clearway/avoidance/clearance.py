@@ -18,7 +18,7 @@ from clearway.avoidance.chord_distance import (
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins, bin_range
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 
@@ -52,7 +52,7 @@ def span_of(corners: Floats2, start_s: float, end_s: float) -> Span:
     return Span(corners, middle, reach_about(corners, middle), start_s, end_s)
 
 
-@borrowing
+@compiled
 def reach_about(corners: Floats2, middle: Floats) -> float:
     """Radius of the ball around corners; fills in its middle [3]."""
     last, reach2 = len(corners) - 1, 0.0
@@ -64,7 +64,7 @@ def reach_about(corners: Floats2, middle: Floats) -> float:
     return float(np.sqrt(reach2))
 
 
-@borrowing
+@compiled
 def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) -> Found:
     """Clearance of a movement from points."""
     best, index, corners = enough, -1, span.corners_m
@@ -107,7 +107,7 @@ def points_clearance(span: Span, bins: PointBins, enough: float, stop: float) ->
     return best, 1 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def _most_clear(x: float, y: float, z: float, bins: PointBins, enough: float) -> float:
     """What the clearance of a place is at most, by points of its bin; `enough` where that is less.
 
@@ -132,7 +132,7 @@ def _most_clear(x: float, y: float, z: float, bins: PointBins, enough: float) ->
     return most
 
 
-@borrowing
+@compiled
 def _is_beyond(place: Floats, reach: float, shapes: Shapes, s: int, best: float) -> bool:
     """Whether the ball around shape `s` alone shows that it is no nearer than `best` to anything
     within reach of a place: quick, and never so where the shape itself is nearer."""
@@ -143,7 +143,7 @@ def _is_beyond(place: Floats, reach: float, shapes: Shapes, s: int, best: float)
     return bool(far > 0.0 and dx * dx + dy * dy + dz * dz >= far * far)
 
 
-@borrowing
+@compiled
 def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> Found:
     """Clearance of a movement from map shapes."""
     best, index = enough, -1
@@ -162,7 +162,7 @@ def shapes_clearance(span: Span, shapes: Shapes, enough: float, stop: float) -> 
     return best, 2 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
     """Clearance of a movement from moving at equal times: from relative chords to the origin."""
     best, index = enough, -1
@@ -213,7 +213,7 @@ def moving_clearance(span: Span, moving: MovingHazards, enough: float) -> Found:
     return best, 3 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def _is_no_nearer(gap2: float, radius: float, best: float) -> bool:
     """Whether a ball is no nearer than `best`, by the square of how far off its middle is: told
     without a root, and never where rounding could tell otherwise."""
@@ -221,7 +221,7 @@ def _is_no_nearer(gap2: float, radius: float, best: float) -> bool:
     return near <= 0.0 or gap2 >= SURELY * near * near
 
 
-@borrowing
+@compiled
 def _is_far(span: Span, moving: MovingHazards, k: int, best: float) -> bool:
     """Whether it cannot come nearer than `best`: both stay in balls about their middles."""
     half_s = 0.5 * (span.end_s - span.start_s)
@@ -254,7 +254,7 @@ def circle_clearance(
     return by_shape if by_shape[2] >= 0 else found
 
 
-@borrowing
+@compiled
 def _circle_from_points(
     center: Floats, up: Floats, radius: float, bins: PointBins, enough: float
 ) -> Found:
@@ -286,7 +286,7 @@ def _circle_from_points(
     return best, 1 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def _circle_from_shapes(
     center: Floats,
     up: Floats,
@@ -320,7 +320,7 @@ def _circle_from_shapes(
     return best, 2 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def _off_circle(center: Floats, up: Floats, radius: float, shapes: Shapes, s: int) -> float:
     """How far the ball around shape `s` is from a level circle: no farther than the shape is."""
     wx = shapes.center_m[s, 0] - center[0]
@@ -331,7 +331,7 @@ def _off_circle(center: Floats, up: Floats, radius: float, shapes: Shapes, s: in
     return float(np.hypot(level - radius, height) - SURELY * shapes.bound_m[s])
 
 
-@borrowing
+@compiled
 def _note_circle(center: Floats, up: Floats, radius: float, places: Floats2) -> None:
     """Fill in places [n, 3] on a level circle."""
     # With `up`, these complete a level frame: the grid is pitched, never rolled.

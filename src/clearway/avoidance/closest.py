@@ -18,7 +18,7 @@ from clearway.base.arrays import (
     StridedFloats,
     StridedFloats2,
 )
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 
 MANY = 64
 """So many nodes at once fit the fastest memory."""
@@ -107,7 +107,7 @@ def off_sides(
     return _each_bit(off, len(least_cos))
 
 
-@borrowing
+@compiled
 def closest_s(
     dx: float, dy: float, dz: float, cx: float, cy: float, cz: float, longest_s: float
 ) -> float:
@@ -118,7 +118,7 @@ def closest_s(
     return min(longest_s, max(0.0, -(dx * cx + dy * cy + dz * cz) / speed2))
 
 
-@borrowing
+@compiled
 def _note_chords(
     parent: Int32s,
     samples: Floats3,
@@ -150,7 +150,7 @@ def _note_chords(
             begun_s = begun_s + step_s
 
 
-@borrowing
+@compiled
 def _note_nearest(
     chords: Floats3,
     many: int,
@@ -167,7 +167,7 @@ def _note_nearest(
     _look_along(chords[last], many, place, velocity, beyond)
 
 
-@borrowing
+@compiled
 def _look_along(
     chord: Floats2, many: int, place: Floats, velocity: Floats, nearest: Floats2
 ) -> None:
@@ -193,7 +193,7 @@ def _look_along(
         nearest[ASIDE_Z, m] = dz if nearer else az
 
 
-@borrowing
+@compiled
 def _note_closest(
     parent: Int32s,
     first: int,
@@ -218,7 +218,7 @@ def _note_closest(
             aside_m[n, axis] = beyond[row, m] if nearer else on_way[n, row]
 
 
-@borrowing
+@compiled
 def _note_off(nearest: Floats2, many: int, side: Floats, least_cos: Floats, off: Ints) -> None:
     """Fill in [MANY] which of the cosines each of so many is too far by, in bits."""
     x, y, z = side[0], side[1], side[2]

@@ -7,22 +7,18 @@ either by a function of the same type.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.goal import Arrival, Goal
-
-# Where version 0.1.0 had it.
-from clearway.avoidance.goal import arrival as arrival
 from clearway.base.arrays import Bools, Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, take_floats
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
@@ -37,7 +33,6 @@ OPEN = ("coated", "no_room")
 """Prices that may be left open."""
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class Prices:
     """Small prices beside the length flown, in metres of flight.
@@ -53,6 +48,7 @@ class Prices:
     """Per movement that is not smooth, as a share of its length."""
     change: float = 0.1
     """Per movement unlike the one before it, as a share of its length."""
+    _: KW_ONLY
     vertical: float = 0.15
     """Per metre of height changed."""
     risk: float = 0.5
@@ -213,7 +209,7 @@ def _climbing(automaton: MovementAutomaton, prices: Prices) -> Climbing:
     return prices.vertical + prices.turn / float(np.sin(steepest)), turns_m
 
 
-@borrowing
+@compiled
 def _turn_then_straight(
     x: float, y: float, radius: float, reach_radius: float, spot: float
 ) -> float:
@@ -249,7 +245,7 @@ def _turn_then_straight(
     return float(best)
 
 
-@borrowing
+@compiled
 def _climbed(
     ahead: float, left: float, turn: float, rise: float, steepest: float, climbing: Climbing
 ) -> float:

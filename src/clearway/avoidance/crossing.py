@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.avoidance.hazards import MovingHazards
 from clearway.base.arrays import Floats, Floats3, Int32s, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 
@@ -67,7 +67,7 @@ def _crossings(
     return crossed
 
 
-@borrowing
+@compiled
 def _seen_from(
     place: Floats,
     time_s: float,

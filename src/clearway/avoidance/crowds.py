@@ -34,7 +34,7 @@ from clearway.avoidance.faces_crossed import (
 )
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.some_shapes import distances_off, lay_out
 
@@ -76,7 +76,7 @@ def crowd_of(shapes: Shapes, corners: int) -> Crowd:
     return Crowd(rows, np.empty(many), np.empty(many, dtype=np.int64), np.empty(many), crossings)
 
 
-@borrowing
+@compiled
 def span_clearance(
     span: Span,
     bins: PointBins,
@@ -101,7 +101,7 @@ def span_clearance(
     return found
 
 
-@borrowing
+@compiled
 def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, stop: float) -> Found:
     """Clearance of a movement from map shapes, however many, as `shapes_clearance`."""
     if crowd.rows.shape[1] == 0:
@@ -151,7 +151,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     return min(best, least), 2 if index >= 0 else 0, index
 
 
-@borrowing
+@compiled
 def _among_crossings(
     corners: Floats2, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
 ) -> tuple[float, int]:
@@ -165,7 +165,7 @@ def _among_crossings(
     return best, index
 
 
-@borrowing
+@compiled
 def _left(span: Span, off: Floats, best: float) -> int:
     """How many shapes could be nearer than that to a movement, by the ball around it."""
     many = 0
@@ -174,7 +174,7 @@ def _left(span: Span, off: Floats, best: float) -> int:
     return many
 
 
-@borrowing
+@compiled
 def _note_nearer(span: Span, off: Floats, best: float, near: Ints) -> int:
     """Fill in which shapes could be nearer than that to a movement, by the ball around it; how
     many. Which they are cannot be foretold, so no branch asks: the others are written over."""
@@ -185,7 +185,7 @@ def _note_nearer(span: Span, off: Floats, best: float, near: Ints) -> int:
     return many
 
 
-@borrowing
+@compiled
 def _shape_clearance(corners: Floats2, shapes: Shapes, s: int, enough: float) -> tuple[float, int]:
     """Of one shape: its distance from chords and its number; -1 where that is not below enough."""
     best, index = enough, -1
@@ -196,7 +196,7 @@ def _shape_clearance(corners: Floats2, shapes: Shapes, s: int, enough: float) ->
     return best, index
 
 
-@borrowing
+@compiled
 def _nearest(off: Floats) -> int:
     """The first of those that are least far off."""
     nearest = 0

@@ -27,15 +27,13 @@ from clearway.avoidance.reach_rating import rate_reach_set
 from clearway.avoidance.situation import Situation, goal_of
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import ClearwayError
-from clearway.base.positional import keywords_beyond_two
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """How much of what intruders may do is kept clear of, the most that leaves a way."""
 
 
-@keywords_beyond_two
 def decide(
-    planner: Planner, situation: Situation, commitment: Commitment | None = None
+    planner: Planner, situation: Situation, *, commitment: Commitment | None = None
 ) -> Decision:
     """Return what to fly at one decision time, and why: (4.7), (4.19), (4.20), (4.6).
 

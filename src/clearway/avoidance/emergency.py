@@ -20,7 +20,7 @@ from clearway.avoidance.verify import (
     movement_room,
 )
 from clearway.base.arrays import Bools, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
 
@@ -94,12 +94,12 @@ def _best_clearances(
     return result
 
 
-@borrowing
+@compiled
 def _coarse(clearance: float, margin: float) -> float:
     return float(np.rint(clearance / (ALIKE * margin)))
 
 
-@borrowing
+@compiled
 def _looked_at(looks: _Looks, n: int, least: float) -> float:
     """Clearance of one movement up to the margin; below `least` only that it is below."""
     known, margin = looks.known, looks.margin_m
@@ -113,7 +113,7 @@ def _looked_at(looks: _Looks, n: int, least: float) -> float:
     return float(min(known[n, 0], margin))
 
 
-@borrowing
+@compiled
 def _greedy(looks: _Looks) -> float:
     """Coarse clearance that a candidate keeps: the best along always the best next movement."""
     best, at, here = -np.inf, -1, looks.margin_m
@@ -131,7 +131,7 @@ def _greedy(looks: _Looks) -> float:
             best = max(best, _coarse(here, looks.margin_m))
 
 
-@borrowing
+@compiled
 def _note_best(looks: _Looks, best: float, result: Floats2) -> None:
     """Fill in [nodes, 2] clearance and lack along the way to each node, -inf below the best."""
     parent, margin = looks.paths.parent, looks.margin_m

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from clearway.avoidance.escape_legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
 
@@ -86,7 +86,7 @@ def placed_at(pose: Floats, start_s: float, terms: EscapeTerms) -> Floats:
     return placed
 
 
-@borrowing
+@compiled
 def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: Floats) -> None:
     """Fill in where a beginning is placed."""
     tips, placed = begun.tips.places, begun.placed
@@ -101,7 +101,7 @@ def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: Floats) -> Non
     placed[begin, 4] = sine * cos_yaw + cosine * sin_yaw
 
 
-@borrowing
+@compiled
 def lead_up_to(begin: int, ways: Ways, legs: Legs, tips: Tips) -> None:
     """Fill in where beginnings up to one lead; those before them come first."""
     places, end = tips.places, legs.path.shape[2] - 1
@@ -124,7 +124,7 @@ def lead_up_to(begin: int, ways: Ways, legs: Legs, tips: Tips) -> None:
     tips.known[0] = begin + 1
 
 
-@borrowing
+@compiled
 def put(begin: int, ways: Ways, legs: Legs, begun: Begun) -> None:
     """Fill in to what pose a beginning leads, and when, and those before it."""
     poses, times, posed, up = begun.poses, begun.times_s, begun.posed, begun.up
@@ -149,7 +149,7 @@ def put(begin: int, ways: Ways, legs: Legs, begun: Begun) -> None:
         posed[b] = KEEPS
 
 
-@borrowing
+@compiled
 def begin_was_seen(
     begin: int,
     unseen: float,
@@ -176,7 +176,7 @@ def begin_was_seen(
     return bool(seen[begin] == KEEPS)
 
 
-@borrowing
+@compiled
 def begin_keeps_margin(
     begin: int,
     ways: Ways,
@@ -202,7 +202,7 @@ def begin_keeps_margin(
     return bool(clear[begin] == KEEPS)
 
 
-@borrowing
+@compiled
 def _note_up_to(begin: int, ways: Ways, state: Int8s, up: Ints) -> int:
     """Fill in a beginning and those before it of which nothing is known yet, the first one last;
     returns how many."""

@@ -18,7 +18,7 @@ from clearway.avoidance.escape_legs import (
     turn_to_grid,
 )
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.legs import Legs
 
@@ -64,7 +64,7 @@ def chain_keeps(
     return chain_keeps_margin(movements, legs, terms, chain)
 
 
-@borrowing
+@compiled
 def chain_was_seen(
     movements: Ints, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain
 ) -> bool:
@@ -80,7 +80,7 @@ def chain_was_seen(
     return True
 
 
-@borrowing
+@compiled
 def chain_keeps_margin(movements: Ints, legs: Legs, terms: EscapeTerms, chain: Chain) -> bool:
     """Whether all movements of a chain keep the margin."""
     for turn in range(len(movements)):
@@ -92,7 +92,7 @@ def chain_keeps_margin(movements: Ints, legs: Legs, terms: EscapeTerms, chain: C
     return True
 
 
-@borrowing
+@compiled
 def may_be_flown(
     movements: Ints, start: int, pose: Floats, start_s: float, legs: Legs, chain: Chain
 ) -> bool:
@@ -110,7 +110,7 @@ def may_be_flown(
     return True
 
 
-@borrowing
+@compiled
 def _far_first(turn: int, count: int) -> int:
     """Which of so many movements is looked at in its turn: those half way along come first, each
     time, since most chains are loops, and fail there."""
@@ -159,7 +159,7 @@ def rounds(loop: Ints, legs: Legs, least_s: float) -> Ints:
     return movements
 
 
-@borrowing
+@compiled
 def step_on(poses: Floats2, n: int, path: Floats2) -> None:
     """Fill in the pose after the one numbered `n`."""
     cosine, sine = np.cos(poses[n, 3]), np.sin(poses[n, 3])
@@ -192,7 +192,7 @@ def chain_room(
     return _room_along(movements, legs, terms, enough, stop, chain)
 
 
-@borrowing
+@compiled
 def _room_along(
     movements: Ints,
     legs: Legs,

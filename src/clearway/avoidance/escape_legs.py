@@ -15,7 +15,7 @@ from clearway.avoidance.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.hazards import MovingHazards, PointBins
 from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.seen_space import (
     NO_VOXELS,
@@ -99,7 +99,7 @@ def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Fl
     return corners
 
 
-@borrowing
+@compiled
 def lay_out(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
     """Fill in `carried`."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
@@ -117,7 +117,7 @@ def lay_out(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Fl
                 corners[s, axis] += wind[axis] * time
 
 
-@borrowing
+@compiled
 def turn_to_grid(room: LegRoom, grid_from_level: Floats2) -> None:
     """Fill in corners in the grid's frame."""
     g, level, turned = grid_from_level, room.level_m, room.grid_m
@@ -127,7 +127,7 @@ def turn_to_grid(room: LegRoom, grid_from_level: Floats2) -> None:
             turned[s, axis] = g[axis, 0] * x + g[axis, 1] * y + g[axis, 2] * z
 
 
-@borrowing
+@compiled
 def unsure_after(end_s: float, terms: EscapeTerms) -> float:
     """How far off the vehicle may be by then: carried by the wind, or off its prediction."""
     blown, last = terms.unsure_mps * min(end_s, GROWN_S), len(terms.tube_m) - 1
@@ -152,7 +152,7 @@ def pose_after(pose: Floats, path: Floats2) -> Floats:
     return after
 
 
-@borrowing
+@compiled
 def was_seen(corners: Floats2, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
     return _way_was_seen(
@@ -160,7 +160,7 @@ def was_seen(corners: Floats2, sagitta: float, terms: EscapeTerms) -> bool:
     )
 
 
-@borrowing
+@compiled
 def _way_was_seen(
     corners: Floats2,
     radius: float,
@@ -206,7 +206,7 @@ def leg_keeps(
     return leg_keeps_margin(pose, path, sagitta, times, terms, room)
 
 
-@borrowing
+@compiled
 def leg_was_seen(
     pose: Floats,
     path: Floats2,
@@ -224,7 +224,7 @@ def leg_was_seen(
     )
 
 
-@borrowing
+@compiled
 def leg_keeps_margin(
     pose: Floats,
     path: Floats2,

@@ -8,7 +8,7 @@ from clearway.avoidance.escape_chains import step_on
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.hazards import has_point_within
 from clearway.base.arrays import Floats, Floats2, UInt64s3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import is_free
@@ -44,7 +44,7 @@ def loop_places(ways: Ways, legs: Legs) -> Floats2:
     return places
 
 
-@borrowing
+@compiled
 def places_were_seen(
     places: Floats2,
     first: int,
@@ -71,7 +71,7 @@ def places_were_seen(
     return True
 
 
-@borrowing
+@compiled
 def places_are_clear(
     places: Floats2,
     first: int,

@@ -36,7 +36,7 @@ from clearway.avoidance.wide_space import (
     steps_within,
 )
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.reach.legs import Legs
 from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import is_free, is_place_free
@@ -161,7 +161,7 @@ def first_escape(
     return best, best_room, kept
 
 
-@borrowing
+@compiled
 def _first_seen(
     escape: int,
     ways: Ways,
@@ -217,7 +217,7 @@ def _first_seen(
     return escapes
 
 
-@borrowing
+@compiled
 def _first_clear(
     escape: int,
     ways: Ways,
@@ -256,7 +256,7 @@ def _first_clear(
     return escapes
 
 
-@borrowing
+@compiled
 def _first_loop_seen(
     escape: int,
     until: int,
@@ -309,7 +309,7 @@ def _first_loop_seen(
     return e
 
 
-@borrowing
+@compiled
 def _first_loop_clear(
     escape: int,
     ways: Ways,
@@ -336,7 +336,7 @@ def _first_loop_clear(
     return e
 
 
-@borrowing
+@compiled
 def _is_clear_of_returns(
     places: Floats2,
     first: int,
@@ -359,7 +359,7 @@ def _is_clear_of_returns(
     return places_are_clear(places, first, last, pose, start_s, terms)
 
 
-@borrowing
+@compiled
 def _is_clear(placed: Floats, unseen: float, terms: EscapeTerms) -> bool:
     """Whether about a place, by `placed_at`, so much was seen: quick to tell that what begins or
     ends there did not."""

@@ -20,7 +20,7 @@ from clearway.avoidance.chord_distance import (
     shape_size,
 )
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import distance_beyond, local_point
 
@@ -72,7 +72,7 @@ def crossings_for(shapes: int, corners: int) -> Crossings:
     )
 
 
-@inlined
+@compiled
 def own_axes_bound(corners: Floats2, shapes: Shapes, s: int, local: Floats2) -> float:
     """No point of the way through corners [n, 3] is nearer to shape `s`: how far the box around the
     corners, along the shape's own axes, is from the shape. Tight for what is large or flat.
@@ -87,7 +87,7 @@ def own_axes_bound(corners: Floats2, shapes: Shapes, s: int, local: Floats2) -> 
     return _box_bound(local, 0, len(corners), shapes.half_m[s], shapes.radius_m[s])
 
 
-@inlined
+@compiled
 def _box_bound(local: Floats2, first: int, last: int, half: Floats, radius: float) -> float:
     """How far the box around some corners is from a rounded one."""
     lx, ly, lz = local[first, 0], local[first, 1], local[first, 2]
@@ -106,7 +106,7 @@ def _box_bound(local: Floats2, first: int, last: int, half: Floats, radius: floa
     )
 
 
-@inlined
+@compiled
 def _is_crossing(q: int, half: Floats, local: Floats2, doubt: float) -> bool:
     """Whether chord `q` crosses the middle between the nearest two faces of a box and stays over
     them, beyond doubt. local: [corners, 3] in the box's axes."""
@@ -123,14 +123,14 @@ def _is_crossing(q: int, half: Floats, local: Floats2, doubt: float) -> bool:
     return bool(flat and steep and beside < -half[axis] - doubt)
 
 
-@inlined
+@compiled
 def _axes(half: Floats) -> tuple[int, int, int]:
     """The axis across the faces that are nearest to each other, and the other two."""
     axis = 0 if half[0] <= min(half[1], half[2]) else 1 if half[1] <= half[2] else 2
     return axis, (axis + 1) % 3, (axis + 2) % 3
 
 
-@borrowing
+@compiled
 def way_size(corners: Floats2) -> float:
     """Of a way through corners [n, 3], for `DOUBT`: no less than that of any of its chords."""
     size = 0.0
@@ -142,7 +142,7 @@ def way_size(corners: Floats2) -> float:
     return size
 
 
-@inlined
+@compiled
 def collect(
     size: float, shapes: Shapes, s: int, enough: float, crossings: Crossings, many: int
 ) -> tuple[int, bool]:
@@ -171,7 +171,7 @@ def collect(
     return many, others
 
 
-@borrowing
+@compiled
 def others_distance(
     corners: Floats2, size: float, shapes: Shapes, s: int, enough: float, local: Floats2
 ) -> float:
@@ -191,7 +191,7 @@ def others_distance(
     return best
 
 
-@inlined
+@compiled
 def search(crossings: Crossings, many: int) -> None:
     """Fill in where the searches of so many chords end, all step by step."""
     middle, low, high = crossings.middle[:many], crossings.low[:many], crossings.high[:many]
@@ -208,7 +208,7 @@ def search(crossings: Crossings, many: int) -> None:
             low[m], high[m] = (low[m], second) if off < 0.0 else (first, high[m])
 
 
-@inlined
+@compiled
 def crossing_distance(
     corners: Floats2, shapes: Shapes, crossings: Crossings, m: int, enough: float
 ) -> float:

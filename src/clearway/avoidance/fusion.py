@@ -14,11 +14,6 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.calibration import calibration, classes_of
-
-# Where version 0.1.0 had them.
-from clearway.avoidance.reach_rating import ReachAssessment as ReachAssessment
-from clearway.avoidance.reach_rating import rate_reach_set as rate_reach_set
-from clearway.avoidance.reach_rating import untouched as untouched
 from clearway.base.arrays import Floats
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled

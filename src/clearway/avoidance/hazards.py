@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes, shapes_of
 from clearway.obstacles.rounded_box import local_point
 
@@ -166,7 +166,7 @@ def bin_points(position: Floats2, radius: Floats) -> PointBins:
     return PointBins(sorted_position, sorted_radius, source, start, low, counts, width, largest)
 
 
-@borrowing
+@compiled
 def _bound(position: Floats2, radius: Floats, low: Floats, high: Floats) -> float:
     """Fill in the lowest and highest corner of all; the largest radius."""
     largest = 0.0
@@ -182,7 +182,7 @@ def _bound(position: Floats2, radius: Floats, low: Floats, high: Floats) -> floa
     return largest
 
 
-@borrowing
+@compiled
 def _count_by_bin(
     position: Floats2,
     low: Floats,
@@ -204,7 +204,7 @@ def _count_by_bin(
         start[b + 1] += start[b]
 
 
-@borrowing
+@compiled
 def _sort_by_bin(
     position: Floats2,
     radius: Floats,
@@ -224,7 +224,7 @@ def _sort_by_bin(
         source[at] = n
 
 
-@borrowing
+@compiled
 def bin_range(bins: PointBins, axis: int, middle: float, reach: float) -> tuple[int, int]:
     """First bin along an axis within `reach` of a coordinate, and the one after the last."""
     near = (middle - reach - bins.origin_m[axis]) / bins.width_m
@@ -234,7 +234,7 @@ def bin_range(bins: PointBins, axis: int, middle: float, reach: float) -> tuple[
     return first, last + 1
 
 
-@borrowing
+@compiled
 def has_point_within(bins: PointBins, x: float, y: float, z: float, reach: float) -> bool:
     """Whether the ball of any point comes nearer to a place than a reach."""
     if len(bins.radius_m) == 0:

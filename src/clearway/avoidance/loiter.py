@@ -15,7 +15,7 @@ from clearway.avoidance.clearance import Found, circle_clearance
 from clearway.avoidance.hazards import PointBins
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import SIDE, ReachSet
 
@@ -81,7 +81,7 @@ def room_to_circle(
     return best
 
 
-@borrowing
+@compiled
 def early_room(
     loiter: LoiterCircles,
     path: Ints,

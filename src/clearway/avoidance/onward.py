@@ -6,7 +6,7 @@ import numpy as np
 
 from clearway.avoidance.closest import closest_s
 from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Int32s
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 
 
@@ -38,7 +38,7 @@ def nearer_onward(
     return lack
 
 
-@borrowing
+@compiled
 def _note_onward(
     parent: Int32s,
     samples: Floats3,
@@ -72,7 +72,7 @@ def _note_onward(
     return farthest
 
 
-@borrowing
+@compiled
 def _is_far(place: Floats, velocity: Floats, reach: float, horizon_s: float) -> bool:
     """Whether one stays farther from the start than a reach until a time."""
     px, py, pz = place[0], place[1], place[2]
@@ -82,7 +82,7 @@ def _is_far(place: Floats, velocity: Floats, reach: float, horizon_s: float) -> 
     return bool(reach >= 0.0 and x * x + y * y + z * z > reach * reach)
 
 
-@borrowing
+@compiled
 def _note_lack(
     onward: Floats2,
     place: Floats,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property, partial
 from typing import get_args
 
@@ -33,7 +33,6 @@ from clearway.base.checks import (
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
@@ -53,6 +52,7 @@ class EvidenceSettings:
     rating: str = "total"
     unknown: float = 0.0
     """How far hidden space counts as blocked, u in [0, 1]."""
+    _: KW_ONLY
     unknown_unseen: float = 1.0
     """The same for columns that no beam looks into."""
     threshold: float = 0.3
@@ -92,8 +92,7 @@ class EvidenceSettings:
         take_floats(self, EvidenceSettings)
 
 
-@keywords_beyond_two
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AvoidanceSettings(EvidenceSettings):
     """How decisions are taken; defaults are those of the paper's static mission.
 
@@ -175,7 +174,6 @@ def _without_turning_back(
     return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Planner:
     """What stays the same from decision to decision: reach sets, costs, settings.
@@ -189,6 +187,7 @@ class Planner:
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid
+    _: KW_ONLY
     prepared_sets: tuple[tuple[float, PreparedReachSet], ...]
     """(start pitch, reach set with its costs), ascending."""
     settings: AvoidanceSettings
@@ -241,11 +240,11 @@ class Planner:
         return cls(
             library.automaton,
             library.grid,
-            prepared_sets,
-            settings,
-            terminal_cost,
-            tuple(rules),
-            rating,
+            prepared_sets=prepared_sets,
+            settings=settings,
+            terminal_cost=terminal_cost,
+            rules=tuple(rules),
+            rating=rating,
         )
 
     def __repr__(self) -> str:

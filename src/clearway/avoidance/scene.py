@@ -301,7 +301,9 @@ def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
         library = ReachLibrary.load_or_build(automaton, scene.grid, notice=notice)
         return _as_flown(library.nearest(wanted), automaton, scene, pitch)
     start = nearest if pitch is None else pitch
-    return build_reach_set(automaton, scene.grid, settings.method, start, **settings.tuning)
+    return build_reach_set(
+        automaton, scene.grid, method=settings.method, start_pitch_rad=start, **settings.tuning
+    )
 
 
 def _as_flown(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -26,7 +26,6 @@ from clearway.base.checks import (
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_array
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
@@ -56,7 +55,6 @@ class Here(NamedTuple):
     floor_m: float
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Situation:
     """All that is known at the decision time, in the world frame unless said otherwise.
@@ -75,6 +73,7 @@ class Situation:
     """Expected own state at the decision time."""
     target_m: FloatArray
     """[3] waypoint to go to."""
+    _: KW_ONLY
     next_m: FloatArray | None = None
     """[3] the waypoint after it; None for the final one."""
     from_m: FloatArray | None = None

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.avoidance.escape_places import NEARLY
 from clearway.base.arrays import Floats, Floats2, Ints, UInt8s3
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 
 ACROSS, UPWARDS = 128, 64
 """Cells along both level axes, and along the vertical one."""
@@ -48,7 +48,7 @@ def too_near(margin_m: float) -> TooNear:
     return TooNear(steps, margin_m, np.zeros(1, dtype=np.int64))
 
 
-@borrowing
+@compiled
 def fill_in(near: TooNear, terms: EscapeTerms) -> None:
     """Note all returns that lie within the cells.
 
@@ -82,7 +82,7 @@ def fill_in(near: TooNear, terms: EscapeTerms) -> None:
                         steps[i, j, k] = at_most
 
 
-@borrowing
+@compiled
 def _steps(
     x: float,
     y: float,
@@ -100,7 +100,7 @@ def _steps(
     return int(min(max(np.ceil(STEPS * farthest / margin), 0.0), float(FAR)))
 
 
-@borrowing
+@compiled
 def are_near(
     places: Floats2,
     first: int,

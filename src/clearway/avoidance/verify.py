@@ -19,7 +19,7 @@ from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointBins
 from clearway.avoidance.loiter import LoiterCircles, early_room, room_to_circle
 from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import ReachSet
@@ -157,7 +157,7 @@ def movement_room(paths: Paths, shapes: Shapes) -> MovementRoom:
     return MovementRoom(corners, np.empty(3), crowd_of(shapes, len(corners)))
 
 
-@borrowing
+@compiled
 def movement_clearance(
     paths: Paths,
     n: int,
@@ -186,7 +186,7 @@ def movement_clearance(
     return distance - sagitta, cause, index
 
 
-@borrowing
+@compiled
 def _keeps(
     paths: Paths,
     path: Ints,
@@ -302,7 +302,7 @@ def _clearances(
     return result
 
 
-@borrowing
+@compiled
 def _note_clearances(
     paths: Paths,
     bins: PointBins,

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.avoidance.escape_begun import FAILS, UNKNOWN, Begun
 from clearway.avoidance.escape_legs import EscapeTerms
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints, UInt64s2, UInt64s3
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.reach.ways import Ways
 from clearway.sensors.seen_space import ONE, WORD, is_marked
 
@@ -46,7 +46,7 @@ def wide_space() -> WideSpace:
     return WideSpace(seen, between, np.zeros(3, np.int64), np.zeros(1, np.int64))
 
 
-@borrowing
+@compiled
 def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
     """Voxels on either side that a ball of a radius meets wherever it lies; NONE where nothing can
     be looked up: nothing is filled in, or a map is declared complete and tells more than was
@@ -56,7 +56,7 @@ def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
     return min(int(max(radius * terms.window[3] - SURELY, 0.0)), MOST)
 
 
-@borrowing
+@compiled
 def first_wide(
     escape: int,
     ways: Ways,
@@ -136,7 +136,7 @@ def first_wide(
     return int(np.int64(escapes))
 
 
-@inlined
+@compiled
 def _is_missing(
     a: float,
     b: float,
@@ -155,7 +155,7 @@ def _is_missing(
     return bool(not (seen[level, np.uint32(a), np.uint32(b)] >> bit) & ONE)
 
 
-@borrowing
+@compiled
 def _was_not_seen(a: float, b: float, c: float, low: Ints, free: UInt64s3, window: Floats) -> bool:
     """Whether the voxel of a place was not seen, or lies beyond the window."""
     i, j, k = int(np.floor(a)) + low[0], int(np.floor(b)) + low[1], int(np.floor(c)) + low[2]
@@ -165,7 +165,7 @@ def _was_not_seen(a: float, b: float, c: float, low: Ints, free: UInt64s3, windo
     return not (0 <= k - window[2] < rows and is_marked(free, i, j, k))
 
 
-@borrowing
+@compiled
 def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
     """Count loops that are looked at; whether that was once too often, and all is filled in now."""
     if wide.looked[0] == FILLED or terms.free.shape[0] < ACROSS or terms.free.shape[2] < 2:
@@ -177,7 +177,7 @@ def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
     return True
 
 
-@borrowing
+@compiled
 def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
     """Note what was seen about the vehicle; beside what lies farther off all counts as seen."""
     wide.looked[0] = FILLED
@@ -206,7 +206,7 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
     _narrow_along(between, two)
 
 
-@borrowing
+@compiled
 def _narrow_upwards(before: UInt64s2, into: UInt64s2) -> None:
     """Of voxels, those with neighbours above and below: [ACROSS, ACROSS]."""
     highest = ONE << np.uint64(WORD - 1)
@@ -216,7 +216,7 @@ def _narrow_upwards(before: UInt64s2, into: UInt64s2) -> None:
             into[i, j] = here & ((here << ONE) | ONE) & ((here >> ONE) | highest)
 
 
-@borrowing
+@compiled
 def _narrow_sideways(before: UInt64s2, into: UInt64s2) -> None:
     """Those with neighbours in the columns beside."""
     last = ACROSS - 1
@@ -227,7 +227,7 @@ def _narrow_sideways(before: UInt64s2, into: UInt64s2) -> None:
         into[i, last] = before[i, last - 1] & before[i, last]
 
 
-@borrowing
+@compiled
 def _narrow_along(before: UInt64s2, into: UInt64s2) -> None:
     """Those with neighbours in the rows of columns beside."""
     last = ACROSS - 1

@@ -61,6 +61,3 @@ def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     view = np.ascontiguousarray(values, dtype=np.float64).view()
     view.setflags(write=False)
     return view
-
-
-borrowing = inlined = compiled

@@ -7,7 +7,7 @@ gives them their three axes. `grid_frame` says where it sits at the time of deci
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,10 +16,9 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief, one_line
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 
 BORDER_TOLERANCE = 1e-9
@@ -39,7 +38,6 @@ class GridEdges(NamedTuple):
         return brief(self)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class AvoidanceGrid:
     """Polar cells between edges; `AvoidanceGrid.uniform` makes the usual ones.
@@ -57,6 +55,7 @@ class AvoidanceGrid:
 
     range_edges_m: FloatArray
     azimuth_edges_rad: FloatArray
+    _: KW_ONLY
     elevation_edges_rad: FloatArray
 
     def __post_init__(self) -> None:
@@ -72,11 +71,11 @@ class AvoidanceGrid:
             object.__setattr__(self, name, edges)
 
     @classmethod
-    @keywords_beyond_two
     def uniform(
         cls,
         range_m: float | tuple[float, float] = 10.0,
         layers: int = 10,
+        *,
         azimuth_deg: float | tuple[float, float] = 45.0,
         columns: int = 7,
         elevation_deg: float | tuple[float, float] = 30.0,
@@ -93,7 +92,7 @@ class AvoidanceGrid:
             return cls(
                 np.linspace(near, far, layers + 1),
                 np.radians(np.linspace(right, left, columns + 1)),
-                np.radians(np.linspace(bottom, top, rows + 1)),
+                elevation_edges_rad=np.radians(np.linspace(bottom, top, rows + 1)),
             )
 
     def __repr__(self) -> str:
@@ -214,7 +213,7 @@ def _check_edges(name: str, edges: FloatArray, low: float, high: float) -> None:
         )
 
 
-@borrowing
+@compiled
 def layer_of(distance: float, edges: Floats) -> int:
     """Layer of a radius, nearer one within the tolerance; -1 outside. Both outer borders closed."""
     tolerance = RANGE_TOLERANCE * edges[len(edges) - 1]
@@ -226,7 +225,7 @@ def layer_of(distance: float, edges: Floats) -> int:
     return -1
 
 
-@borrowing
+@compiled
 def interval_of(angle: float, edges: Floats) -> int:
     """Column or row of an angle: the cell nearer the axis on a border, left or up on the axis."""
     last = len(edges) - 1
@@ -256,7 +255,7 @@ def angle_borders(edges: FloatArray) -> FloatArray:
     return borders
 
 
-@borrowing
+@compiled
 def cell_of_point(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Flat cell index of one point in the grid frame; -1 outside, also for NaN."""
     horizontal = np.sqrt(x * x + y * y)

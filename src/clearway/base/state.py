@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,6 @@ from clearway.base.checks import (
 )
 from clearway.base.errors import InputError
 from clearway.base.frames import rotation_of
-from clearway.base.positional import keywords_beyond_two
 
 MOST_RAD = 1e6
 """No attitude is turned farther, be it counted on from turn to turn."""
@@ -50,7 +49,6 @@ def frozen_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray 
     return array
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.
@@ -68,6 +66,7 @@ class State:
     """[3] world frame."""
     attitude_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     """[3] roll, pitch (nose down positive), yaw (left positive)."""
+    _: KW_ONLY
     time_s: float = 0.0
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0

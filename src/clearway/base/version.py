@@ -4,4 +4,4 @@ __version__ = "0.3.0.dev0"
 
 SCHEMA_VERSION = 3
 """Of JSON results and run files, told in each as `schema_version`: grows where a key changes its
-meaning or goes away. What says none is of version 1, clearway 0.1.0."""
+meaning or goes away."""

@@ -93,7 +93,11 @@ def automaton_of(
         if not 0.0 <= limit < 90.0:
             raise ClearwayError(f"--pitch-limit-deg: {limit:g} is not within [0, 90)")
     return MovementAutomaton.plane(
-        speed_mps, turn_step_deg, duration_s, limit, diagonals=movements == 9
+        speed_mps,
+        turn_step_deg,
+        duration_s=duration_s,
+        pitch_limit_deg=limit,
+        diagonals=movements == 9,
     )
 
 
@@ -129,7 +133,12 @@ def grid_of(
         numbers = _numbers(option, value, (1, 2), "or two with a comma")
         spans[option] = numbers[0] if len(numbers) == 1 else (numbers[0], numbers[1])
     return AvoidanceGrid.uniform(
-        range_m, layers, spans["--azimuth-deg"], columns, spans["--elevation-deg"], rows
+        range_m,
+        layers,
+        azimuth_deg=spans["--azimuth-deg"],
+        columns=columns,
+        elevation_deg=spans["--elevation-deg"],
+        rows=rows,
     )
 
 

@@ -73,7 +73,9 @@ def reach_set(
     start_pitch_rad = checked_pitch(start_pitch_deg, automaton)
     movements_deep(automaton, grid)  # Tells of a grid that no chain of movements should cross.
     began = time.perf_counter()
-    tree = build_reach_set(automaton, grid, method, start_pitch_rad, **tuning)
+    tree = build_reach_set(
+        automaton, grid, method=method, start_pitch_rad=start_pitch_rad, **tuning
+    )
     build_s = time.perf_counter() - began
     coverage = measure(tree)
     if as_json:

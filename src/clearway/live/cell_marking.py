@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Bools3, Floats, Floats3, Ints, UInt64s3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.live.nearest_balls import outwards
 from clearway.sensors.seen_space import WORD, is_marked
 
 
-@borrowing
+@compiled
 def mark_seen(seen: Bools3, free: UInt64s3, free_low: Ints, low: Ints, per_cell: int) -> None:
     """Mark cells [nx, ny, nz] most of which was seen to be free, by the middles of their eighths.
 
@@ -36,7 +36,7 @@ def mark_seen(seen: Bools3, free: UInt64s3, free_low: Ints, low: Ints, per_cell:
                     seen[a, b, c] = _is_mostly_free(free, u, v, w, per_cell)
 
 
-@borrowing
+@compiled
 def _is_any_free(free: UInt64s3, u: int, v: int, per_cell: int) -> bool:
     """Whether anything is free in what stands for the cells above each other from a voxel on."""
     last, quarter = free.shape[0] - 1, per_cell // 4
@@ -48,7 +48,7 @@ def _is_any_free(free: UInt64s3, u: int, v: int, per_cell: int) -> bool:
     return bool(anything != 0)
 
 
-@borrowing
+@compiled
 def _is_mostly_free(free: UInt64s3, u: int, v: int, w: int, per_cell: int) -> bool:
     quarter, count = per_cell // 4, 0
     for i in (u + quarter, u + 3 * quarter):
@@ -58,7 +58,7 @@ def _is_mostly_free(free: UInt64s3, u: int, v: int, w: int, per_cell: int) -> bo
     return count >= 4
 
 
-@borrowing
+@compiled
 def renew_nearest(
     nearest: Floats3, fresh: Floats3, squared: tuple[Floats, Floats, Floats], within2: float
 ) -> None:
@@ -107,7 +107,7 @@ def leaves_no_room(
     return none
 
 
-@borrowing
+@compiled
 def _cells_within(
     middle: float, low: float, width: float, far: float, count: int
 ) -> tuple[int, int]:
@@ -117,7 +117,7 @@ def _cells_within(
     return first, min(count - 1, int(np.floor(at + far / width)))
 
 
-@borrowing
+@compiled
 def add_ball(
     values: Floats3, at: Ints, reach: float, lowest: int, highest: int, added: float
 ) -> None:

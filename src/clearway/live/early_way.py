@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Floats3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.live.route_map import Cells
 from clearway.live.seen_route import BEGINS, seen_route
@@ -101,7 +101,7 @@ def _lies_open(price: Floats3, start: Floats, goal: Floats) -> bool:
     return True
 
 
-@borrowing
+@compiled
 def _lies_in(price: Floats3, at: Floats) -> bool:
     x, y, z = at[0], at[1], at[2]
     nx, ny, nz = price.shape

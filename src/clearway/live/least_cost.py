@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats3
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.live.route_map import UNSEEN
 
 
@@ -25,7 +25,7 @@ class Cheapness(NamedTuple):
     """Cells before the goal at which a way may end."""
 
 
-@borrowing
+@compiled
 def cheapness(price: Floats3, ga: int, gb: int, gc: int, short: float) -> Cheapness:
     """The bound for ways to a goal cell, by the prices [nx, ny, nz] of a metre in each cell."""
     nx, ny, nz = price.shape
@@ -44,7 +44,7 @@ def cheapness(price: Floats3, ga: int, gb: int, gc: int, short: float) -> Cheapn
     return Cheapness(low, high, least, max(beyond - short, 0.0), short)
 
 
-@borrowing
+@compiled
 def at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
     """Price below which no way leads from a cell to the goal: whatever lies outside the box costs
     as much as what nobody has seen, and the rest as much as the cheapest in it.
@@ -58,7 +58,7 @@ def at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int
     return float(UNSEEN * outside + bound.least * (away - outside))
 
 
-@borrowing
+@compiled
 def _apart(
     low: tuple[float, float, float],
     high: tuple[float, float, float],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -22,7 +22,6 @@ from clearway.base.checks import (
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import IN_SPACE, LEVEL, FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 
 NEARER = 0.1
@@ -43,7 +42,6 @@ class Mode(StrEnum):
     LANDING = "landing"
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Mission:
     """Ordered waypoints (6.1), flown from a start state, then the landing points.
@@ -59,6 +57,7 @@ class Mission:
 
     name: str
     start: State
+    _: KW_ONLY
     waypoints_m: FloatArray
     """[n, 3] world frame; the first may be the start itself."""
     reach_radius_m: float = 1.5

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints, Ints2
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 
 PARTS = 2
@@ -102,7 +102,7 @@ def outwards(far: int) -> Ints2:
     return steps[np.argsort(np.sum(steps * steps, axis=1), kind="mergesort")]
 
 
-@borrowing
+@compiled
 def _cells_about(radius: Floats, width: float, reach: float) -> int:
     """Cells along an axis as far as which balls may be told of."""
     widest = 0.0
@@ -111,7 +111,7 @@ def _cells_about(radius: Floats, width: float, reach: float) -> int:
     return int(np.ceil((reach + widest) / width)) + 1
 
 
-@borrowing
+@compiled
 def _find_homes(
     homes: Ints2,
     position: Floats2,
@@ -129,7 +129,7 @@ def _find_homes(
             homes[n, axis] = int(min(max(at, first * PARTS), last * PARTS))
 
 
-@borrowing
+@compiled
 def _split(
     homes: Ints2,
     order: Ints,
@@ -162,13 +162,13 @@ def _split(
     first_part[len(starts) - 1], first_ball[parts] = parts, len(order)
 
 
-@borrowing
+@compiled
 def _part_of(homes: Ints2, n: int) -> int:
     """Which part of its cell a ball lies in."""
     return int((homes[n, 0] % PARTS * PARTS + homes[n, 1] % PARTS) * PARTS + homes[n, 2] % PARTS)
 
 
-@borrowing
+@compiled
 def _put_in_order(
     groups: Groups, position: Floats2, radius: Floats, homes: Ints2, by_part: Ints
 ) -> None:
@@ -197,7 +197,7 @@ def _put_in_order(
             box[g, 6] = max(box[g, 6], part_box[part, 6])
 
 
-@borrowing
+@compiled
 def _begin(boxes: Floats2, n: int) -> None:
     """Fill in a box of nothing."""
     for axis in range(3):
@@ -205,7 +205,7 @@ def _begin(boxes: Floats2, n: int) -> None:
     boxes[n, 6] = 0.0
 
 
-@borrowing
+@compiled
 def _mark_gathered(
     nearest: Floats3,
     groups: Groups,
@@ -245,7 +245,7 @@ def _mark_gathered(
             nearest[a, b, c] = known
 
 
-@inlined
+@compiled
 def _may_be_nearer(x: float, y: float, z: float, known: float, boxes: Floats2, group: int) -> bool:
     """Whether a ball of a group may come nearer to a place than is known."""
     off_x = max(max(boxes[group, 0] - x, x - boxes[group, 3]), 0.0)
@@ -255,7 +255,7 @@ def _may_be_nearer(x: float, y: float, z: float, known: float, boxes: Floats2, g
     return bool(off_x * off_x + off_y * off_y + off_z * off_z <= bound * bound * SURELY)
 
 
-@inlined
+@compiled
 def _nearest_of(
     x: float,
     y: float,

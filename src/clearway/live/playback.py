@@ -66,8 +66,8 @@ def mission_along(states: Sequence[State], range_m: float, reach_radius_m: float
     return Mission(
         "recorded way",
         states[0],
-        np.array(way[1:]),
-        reach_radius_m,
+        waypoints_m=np.array(way[1:]),
+        reach_radius_m=reach_radius_m,
         pass_within_m=max(reach_radius_m, 0.5 * range_m),
     )
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.live.least_cost import at_least, cheapness
 from clearway.live.open_way import any_way
@@ -247,7 +247,7 @@ def _corners(price: Floats3, way: Floats2) -> Ints:
     return np.array(kept)
 
 
-@borrowing
+@compiled
 def _line_price(price: Floats3, start: Floats, end: Floats) -> float:
     """What the straight line between two cells costs."""
     dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]

@@ -23,7 +23,6 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.alarms import AlarmFacts, AlarmWatch
 from clearway.live.alerting import TrafficPicture, traffic_picture
@@ -46,7 +45,6 @@ from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
 
-@keywords_beyond_two
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
@@ -78,6 +76,7 @@ class AvoidanceSystem:
         self,
         planner: Planner,
         mission: Mission,
+        *,
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
         limits: DataLimits | None = None,
@@ -300,7 +299,10 @@ class AvoidanceSystem:
         known = self._known
         radius = self.mission.reach_radius_m
         known.mission = Mission(
-            "a new goal", known.own_states.latest, points_of("fly_to", place_m), radius
+            "a new goal",
+            known.own_states.latest,
+            waypoints_m=points_of("fly_to", place_m),
+            reach_radius_m=radius,
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))
         self._insistence = Insistence(self.planner) if self.escape.insists else None

@@ -60,7 +60,14 @@ def sector_lidar(
     pattern = BeamPattern.from_angles(
         azimuths, elevations, name=NAME, min_range_m=BLIND_M, max_range_m=max_range_m
     )
-    return Lidar(NAME, pattern, Mounting(), sigma_m, 0.0, airframe_radius_m)
+    return Lidar(
+        NAME,
+        pattern,
+        mounting=Mounting(),
+        sigma_m=sigma_m,
+        dropout=0.0,
+        airframe_radius_m=airframe_radius_m,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +163,7 @@ def scan_of(
     back = np.isfinite(ended)
     points = np.ascontiguousarray(ended[back, None] * pattern.directions[back])
     unsure = min(max(LEVEL_RAD - left, 0.0), MOST_TILT_RAD)
-    return Scan(points, state.time_s, lidar.name, tilt_rad=unsure, blind_m=sectors.blind_m)
+    return Scan(points, state.time_s, sensor=lidar.name, tilt_rad=unsure, blind_m=sectors.blind_m)
 
 
 def _aside(tilt_rad: float, up_rad: float) -> float:

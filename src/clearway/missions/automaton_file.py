@@ -110,7 +110,9 @@ class AutomatonFile(Section):
             {k: one.spread_yaw_rad for k, one in pairs.items() if one.spread_yaw_rad is not None},
             self.automaton.tube_m,
         )
-        return MovementAutomaton(movements, 0.0, MultirotorModel(), table, table.forbidden)
+        return MovementAutomaton(
+            movements, 0.0, vehicle=MultirotorModel(), table=table, forbidden=table.forbidden
+        )
 
 
 def read_automaton(path: str | Path) -> MovementAutomaton:

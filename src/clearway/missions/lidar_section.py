@@ -93,6 +93,7 @@ class LidarSection(Section):
                 min_range_m=near,
                 max_range_m=far,
             )
+        azimuths, elevations = self.beams_per_cell or (20, 10)
         return BeamPattern.per_cell(
-            grid, *(self.beams_per_cell or (20, 10)), min_range_m=near, max_range_m=far
+            grid, azimuths, elevations_per_cell=elevations, min_range_m=near, max_range_m=far
         )

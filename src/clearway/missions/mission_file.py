@@ -141,10 +141,10 @@ class MissionFile(Section):
         return Mission(
             self.mission.name,
             start,
-            np.array(self.mission.waypoints_m),
-            self.mission.reach_radius_m,
-            np.array(self.mission.landing_m).reshape(-1, 3),
-            self.mission.pass_within_m,
+            waypoints_m=np.array(self.mission.waypoints_m),
+            reach_radius_m=self.mission.reach_radius_m,
+            landing_m=np.array(self.mission.landing_m).reshape(-1, 3),
+            pass_within_m=self.mission.pass_within_m,
         )
 
     def __repr__(self) -> str:

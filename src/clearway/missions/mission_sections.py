@@ -162,7 +162,10 @@ class VehicleSection(Section):
                 slow_mps=self.slow_mps,
             )
         return MovementAutomaton.plane(
-            self.speed_mps, self.turn_step_deg, self.movement_s, self.pitch_limit_deg
+            self.speed_mps,
+            self.turn_step_deg,
+            duration_s=self.movement_s,
+            pitch_limit_deg=self.pitch_limit_deg,
         )
 
 

@@ -126,7 +126,12 @@ def _system(
     )
     limits = DataLimits() if states else DataLimits(memory_s=ONE_SCAN_S)
     system = AvoidanceSystem(
-        planner, mission, (lidar,), scene.obstacle_map, limits, detection_rule=rating.detection
+        planner,
+        mission,
+        lidars=(lidar,),
+        obstacle_map=scene.obstacle_map,
+        limits=limits,
+        detection_rule=rating.detection,
     )
     for traffic in scene.traffic:
         system.update(replace(traffic.intruder, time_s=start_s))
@@ -156,7 +161,8 @@ def _moments(
         yield (
             scan.index,
             Moment(
-                replace(state, time_s=scan.time_s), Scan(cloud.points_m, scan.time_s, lidar.name)
+                replace(state, time_s=scan.time_s),
+                Scan(cloud.points_m, scan.time_s, sensor=lidar.name),
             ),
         )
 

@@ -167,9 +167,9 @@ class IntruderSection(Section):
         return Intruder(
             np.array(self.position_m),
             np.array(self.velocity_mps),
-            np.radians(self._spread_deg),
-            self.radius_m,
-            self.name,
+            spread_rad=np.radians(self._spread_deg),
+            radius_m=self.radius_m,
+            name=self.name,
         )
 
     @property

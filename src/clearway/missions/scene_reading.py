@@ -197,7 +197,7 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
 def _seen(source: str, section: ScanSection, measured: Measured) -> SceneScan:
     """The scan of a file with its sensor."""
     lidar, pattern_from = lidar_of(source, section, measured.cloud, measured.sequence)
-    scan = Scan(measured.cloud.points_m, measured.scan.time_s, lidar.name)
+    scan = Scan(measured.cloud.points_m, measured.scan.time_s, sensor=lidar.name)
     return SceneScan(lidar, scan, pattern_from)
 
 
@@ -242,7 +242,7 @@ def lidar_of(
     return Lidar(
         pattern.name,
         pattern,
-        _mounting(section, sequence),
+        mounting=_mounting(section, sequence),
         airframe_radius_m=section.airframe_radius_m,
     ), pattern_from
 
@@ -322,4 +322,4 @@ def _pattern(section: SimulateSection, grid: AvoidanceGrid) -> BeamPattern:
             max_range_m=range_m,
         )
     azimuths, elevations = section.beams_per_cell
-    return BeamPattern.per_cell(grid, azimuths, elevations, max_range_m=range_m)
+    return BeamPattern.per_cell(grid, azimuths, elevations_per_cell=elevations, max_range_m=range_m)

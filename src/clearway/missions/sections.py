@@ -129,7 +129,9 @@ class GridSection(Section):
             problems.append(f"{cells:,} cells are too many; at most {MOST_CELLS:,}")
         if problems:
             raise ClearwayError("; ".join(problems))
-        return AvoidanceGrid(edges[0], np.radians(edges[1]), np.radians(edges[2]))
+        return AvoidanceGrid(
+            edges[0], np.radians(edges[1]), elevation_edges_rad=np.radians(edges[2])
+        )
 
     def _edges(self, span: str, listed: str, count: str, low: float, high: float) -> FloatArray:
         """Edges of one axis, in the file's unit."""
@@ -195,10 +197,10 @@ class ObstacleSection(Section):
         return Obstacle(
             self.shape,
             np.array(self.position_m),
-            np.radians(self.orientation_deg),
-            self.size_m,
-            self.radius_m,
-            self.name,
+            orientation_rad=np.radians(self.orientation_deg),
+            size_m=self.size_m,
+            radius_m=self.radius_m,
+            name=self.name,
         )
 
 

@@ -222,7 +222,13 @@ class FlightSetup:
         if scans is not None:
             scanners = [KeepingScanner(scanner, scans) for scanner in scanners]
         return simulate(
-            pilot, self.world, scanners, self.simulation, on_decision, traffic, self.plant
+            pilot,
+            self.world,
+            lidars=scanners,
+            settings=self.simulation,
+            on_decision=on_decision,
+            traffic=traffic,
+            plant=self.plant,
         )
 
     def _traffic(self, deaf: bool) -> AirTraffic | None:
@@ -243,7 +249,9 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     refuse_absent_files(file)
     grid, automaton = file.grid.to_grid(), file.vehicle.to_automaton()
     _check_scale(file, automaton, grid)
-    library = ReachLibrary.load_or_build(automaton, grid, file.reach_set.method, notice=notice)
+    library = ReachLibrary.load_or_build(
+        automaton, grid, method=file.reach_set.method, notice=notice
+    )
     mission = file.to_mission()
     maps = mission_maps(file)
     recorded = mission_traffic(file)

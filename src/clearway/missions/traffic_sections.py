@@ -126,7 +126,7 @@ class FlyingIntruderSection(Section):
         return Intruder(
             np.array(self.position_m),
             np.array(self.velocity_mps),
-            np.radians(self.spread_deg),
-            self.radius_m,
-            self.name,
+            spread_rad=np.radians(self.spread_deg),
+            radius_m=self.radius_m,
+            name=self.name,
         )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.tree import BoxTree, box_lower_bound
 
@@ -59,7 +59,7 @@ def room_for(tree: BoxTree) -> TreePart:
     )
 
 
-@borrowing
+@compiled
 def look(
     origin: Floats,
     max_range: float,
@@ -102,7 +102,7 @@ def look(
     return _joined(whole, count, held, tree)
 
 
-@borrowing
+@compiled
 def _see(dx: float, dy: float, dz: float, radius: float, spheres: Floats2, at: int) -> None:
     """Note a sphere by the offset of its centre; one around the origin lies in all directions."""
     squared = dx * dx + dy * dy + dz * dz
@@ -116,7 +116,7 @@ def _see(dx: float, dy: float, dz: float, radius: float, spheres: Floats2, at: i
         spheres[at, 3], spheres[at, 4] = -1.0, 0.0
 
 
-@borrowing
+@compiled
 def _joined(part: TreePart, count: int, held: int, tree: BoxTree) -> int:
     """Fill in where to go on; the number of nodes, 0 if no obstacle is left in them."""
     part.first[count] = held
@@ -129,7 +129,7 @@ def _joined(part: TreePart, count: int, held: int, tree: BoxTree) -> int:
     return count if held else 0
 
 
-@borrowing
+@compiled
 def cone_around(directions: Floats2, begin: int, end: int, cone: Floats) -> bool:
     """Fill in axis, cosine and sine of a cone around some rays; False if they spread too far."""
     last = end - 1
@@ -151,7 +151,7 @@ def cone_around(directions: Floats2, begin: int, end: int, cone: Floats) -> bool
     return True
 
 
-@borrowing
+@compiled
 def narrowed(
     part: TreePart, nodes: int, cone: Floats, tree: BoxTree, spheres: Spheres, left: TreePart
 ) -> int:
@@ -176,7 +176,7 @@ def narrowed(
     return _joined(left, count, held, tree)
 
 
-@borrowing
+@compiled
 def _misses(cone: Floats, spheres: Floats2, at: int) -> bool:
     """Whether a cone and a sphere have no direction in common, beyond doubt.
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.obstacles.cell_nodes import CellNodes
 from clearway.obstacles.cell_share import blurred_share
 from clearway.obstacles.obstacle import Shapes
@@ -74,7 +74,7 @@ def parts_of(nodes: CellNodes) -> Parts:
     )
 
 
-@borrowing
+@compiled
 def share_of(
     shapes: Shapes, nodes: CellNodes, cell: int, found: Ints, looks: int, parts: Parts
 ) -> float:
@@ -96,7 +96,7 @@ def share_of(
     return min(share, 1.0)
 
 
-@borrowing
+@compiled
 def _take_parts(nodes: CellNodes, cell: int, most: int, parts: Parts) -> int:
     """Fill in the parts of a cell, or so many of them from all over it; how many."""
     first, count = nodes.first[cell], nodes.first[cell + 1] - nodes.first[cell]
@@ -118,7 +118,7 @@ def _take_parts(nodes: CellNodes, cell: int, most: int, parts: Parts) -> int:
     return taken
 
 
-@inlined
+@compiled
 def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts) -> int:
     """Add shape s to what each of a cell's parts is filled by; how many are full then."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]
@@ -148,7 +148,7 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
     return full
 
 
-@borrowing
+@compiled
 def _fill_by_part(shapes: Shapes, count: int, found: Ints, parts: Parts) -> None:
     """Add many shapes to a cell's parts, as `_fill_parts` adds one after the other: to the bit,
     since to each part they are added in the same order, but quicker where many meet."""
@@ -168,7 +168,7 @@ def _fill_by_part(shapes: Shapes, count: int, found: Ints, parts: Parts) -> None
             break
 
 
-@inlined
+@compiled
 def _fill_part(
     touched: int,
     width: float,
@@ -199,7 +199,7 @@ def _fill_part(
     return filled
 
 
-@borrowing
+@compiled
 def _united(filled: float, share: float, aligned: float, common: float) -> float:
     """What is filled with one more share: surfaces meet as if by chance, but for parallel ones,
     whose overlap is a length in common, as a share of the part's width."""
@@ -211,7 +211,7 @@ def _united(filled: float, share: float, aligned: float, common: float) -> float
     return min(filled + added, 1.0)
 
 
-@inlined
+@compiled
 def _beyond(
     x: Floats,
     y: Floats,
@@ -228,7 +228,7 @@ def _beyond(
         beyond[p] = max(abs(lx) - hx, max(abs(ly) - hy, abs(lz) - hz))
 
 
-@inlined
+@compiled
 def _touched(width: Floats, radius: float, parts: Parts) -> tuple[int, int]:
     """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
 
@@ -243,7 +243,7 @@ def _touched(width: Floats, radius: float, parts: Parts) -> tuple[int, int]:
     return count, full
 
 
-@borrowing
+@compiled
 def _common_length(
     low: float, high: float, other_low: float, other_high: float, aligned: float, reach: float
 ) -> float:

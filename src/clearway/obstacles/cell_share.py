@@ -6,11 +6,11 @@ counted by its volume, so that a wire between two sample points does not vanish.
 
 from __future__ import annotations
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.obstacles.rounded_box import box_distance, offset_volume
 
 
-@borrowing
+@compiled
 def half_space_share(b1: float, b2: float, b3: float, distance: float) -> float:
     """Share of a box on the inner side of a plane.
 
@@ -45,7 +45,7 @@ def half_space_share(b1: float, b2: float, b3: float, distance: float) -> float:
     return share if depth <= 0.5 else 1.0 - share
 
 
-@borrowing
+@compiled
 def interval_share(offset: float, half: float, width: float) -> float:
     """Share of [offset - width/2, offset + width/2] that lies within [-half, half]."""
     low = max(offset - 0.5 * width, -half)
@@ -53,7 +53,7 @@ def interval_share(offset: float, half: float, width: float) -> float:
     return max(high - low, 0.0) / width
 
 
-@borrowing
+@compiled
 def blurred_share(
     x: float, y: float, z: float, hx: float, hy: float, hz: float, radius: float, width: float
 ) -> float:
@@ -79,7 +79,7 @@ def blurred_share(
     return (0.5 - distance / width) * _shell_factor(hx, hy, hz, radius, width)
 
 
-@borrowing
+@compiled
 def _shell_factor(hx: float, hy: float, hz: float, radius: float, width: float) -> float:
     """By what a linear shell of one width around the surface must shrink to keep the volume."""
     # Mean of Steiner's cubic over offsets within half a width, from its moments.

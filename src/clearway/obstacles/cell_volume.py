@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import GridEdges
 from clearway.obstacles.cell_share import blurred_share, half_space_share
 from clearway.obstacles.obstacle import Shapes, shape_distance
@@ -106,7 +106,7 @@ def cut_of(part: Part, shapes: Shapes, n: int) -> Cut:
     return Cut(distance, nx, ny, nz, flat, slab)
 
 
-@borrowing
+@compiled
 def plane_share(part: Part, cut: Cut) -> float:
     """Share of a part on the inner side of a plane, or between it and the opposite face."""
     d = math.sqrt(part.x * part.x + part.y * part.y + part.z * part.z)
@@ -129,7 +129,7 @@ def plane_share(part: Part, cut: Cut) -> float:
     return max(share, 0.0)
 
 
-@borrowing
+@compiled
 def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     """Whether, within a ball, what lies inside surface b lies inside surface a too."""
     dx, dy, dz = a.nx - b.nx, a.ny - b.ny, a.nz - b.nz
@@ -140,7 +140,7 @@ def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     return a.slab >= 2.0 * radius or a.slab - b.slab >= deeper + radius * (apart - SAME_SURFACE)
 
 
-@borrowing
+@compiled
 def _curve_width(radius: float, scale: float) -> float:
     """How wide a part may be for its cut of a curved surface to count as smooth.
 
@@ -150,7 +150,7 @@ def _curve_width(radius: float, scale: float) -> float:
     return radius / min(max(parts, 3.0), CURVE_PARTS)
 
 
-@borrowing
+@compiled
 def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: Ints) -> float:
     """Share of a part under the union of the near shapes; -1 where it must be halved to tell."""
     first = cut_of(part, shapes, near[0])
@@ -173,7 +173,7 @@ def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: I
     return min(plane_share(part, first) + opposite, 1.0)
 
 
-@borrowing
+@compiled
 def _smallest_part(scale: float, shapes: Shapes, near: Ints) -> float:
     """Width at which parts that still hold an edge or a crossing are no longer halved."""
     smallest = scale / EDGE_PARTS
@@ -183,7 +183,7 @@ def _smallest_part(scale: float, shapes: Shapes, near: Ints) -> float:
     return smallest
 
 
-@borrowing
+@compiled
 def _blurred_union(part: Part, shapes: Shapes, near: Ints) -> float:
     """Share of a part too small to halve: its shapes as if they met it independently."""
     free = 1.0
@@ -195,7 +195,7 @@ def _blurred_union(part: Part, shapes: Shapes, near: Ints) -> float:
     return 1.0 - free
 
 
-@borrowing
+@compiled
 def _keep_near(part: Part, shapes: Shapes, lists: Ints, start: int, stop: int) -> tuple[int, bool]:
     """Copy the shapes of lists[start:stop] that may cut a part behind them.
 
@@ -213,7 +213,7 @@ def _keep_near(part: Part, shapes: Shapes, lists: Ints, start: int, stop: int) -
     return end, False
 
 
-@borrowing
+@compiled
 def _part_share(part: Part, scale: float, shapes: Shapes, near: Ints) -> float:
     """Share of a part that the near shapes fill; -1 where it must be halved to tell."""
     wide = max(part.out, max(part.across, part.up))

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -91,7 +91,7 @@ def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> Bools:
     return coated
 
 
-@borrowing
+@compiled
 def _near_node(
     shapes: Shapes,
     nodes: CellNodes,

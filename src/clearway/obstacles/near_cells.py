@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints, Ints2
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 from clearway.obstacles.cell_nodes import CellNodes
 from clearway.obstacles.obstacle import Shapes
@@ -63,7 +63,7 @@ def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
     )
 
 
-@borrowing
+@compiled
 def look_around(
     shapes: Shapes, nodes: CellNodes, group: int, margin: float, whole: bool, near: NearCells
 ) -> int:
@@ -99,7 +99,7 @@ def look_around(
     return len(nearby)
 
 
-@borrowing
+@compiled
 def _near_group(nodes: CellNodes, group: int, margin: float, near: NearCells) -> int:
     """How many shapes may come within a margin of a group of cells; their numbers go first into
     `near.nearby`."""
@@ -112,7 +112,7 @@ def _near_group(nodes: CellNodes, group: int, margin: float, near: NearCells) ->
     return count
 
 
-@inlined
+@compiled
 def distances(x: Floats, y: Floats, z: Floats, shapes: Shapes, s: int, distance: Floats) -> None:
     """Fill in `shape_distance` of points [n]: no branch in the loop, so that several go at once."""
     center, turn, half = shapes.center_m[s], shapes.rotation[s], shapes.half_m[s]

@@ -7,7 +7,7 @@ inflated by a radius: a ball is an inflated point, a line a capsule, a plane a r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -16,10 +16,9 @@ import numpy.typing as npt
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 from clearway.obstacles.rounded_box import offset_volume, rounded_box_distance
 
@@ -48,7 +47,6 @@ class Shapes(NamedTuple):
         return brief(self)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """One obstacle of the map (5.49), in the frame of its collection.
@@ -63,6 +61,7 @@ class Obstacle:
     shape: ObstacleShape
     position_m: FloatArray
     """[3] centre."""
+    _: KW_ONLY
     orientation_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     """[3] roll, pitch (nose down positive), yaw (left positive), as in (3.37)."""
     size_m: tuple[float, ...] = ()
@@ -83,29 +82,34 @@ class Obstacle:
         object.__setattr__(self, "radius_m", float(self.radius_m))
 
     @classmethod
-    @keywords_beyond_two
-    def ball(cls, position_m: npt.ArrayLike, radius_m: float, name: str = "") -> Obstacle:
+    def ball(cls, position_m: npt.ArrayLike, radius_m: float, *, name: str = "") -> Obstacle:
         """A ball around its centre."""
         return cls("ball", _numbers(position_m), radius_m=radius_m, name=name)
 
     @classmethod
-    @keywords_beyond_two
     def line(
         cls,
         position_m: npt.ArrayLike,
         length_m: float,
+        *,
         radius_m: float,
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
         """A capsule whose axis lies along local x."""
         orientation = _numbers(orientation_rad)
-        return cls("line", _numbers(position_m), orientation, (length_m,), radius_m, name)
+        return cls(
+            "line",
+            _numbers(position_m),
+            orientation_rad=orientation,
+            size_m=(length_m,),
+            radius_m=radius_m,
+            name=name,
+        )
 
     @classmethod
-    @keywords_beyond_two
     def line_between(
-        cls, start_m: npt.ArrayLike, end_m: npt.ArrayLike, radius_m: float, name: str = ""
+        cls, start_m: npt.ArrayLike, end_m: npt.ArrayLike, *, radius_m: float, name: str = ""
     ) -> Obstacle:
         """A capsule whose axis runs from one point [3] to another, such as a wire."""
         start, end = _numbers(start_m), _numbers(end_m)
@@ -113,35 +117,56 @@ class Obstacle:
         pitch_down = np.arctan2(-along[2], np.hypot(along[0], along[1]))
         orientation = np.array([0.0, pitch_down, np.arctan2(along[1], along[0])])
         length = float(np.linalg.norm(along))
-        return cls("line", 0.5 * (start + end), orientation, (length,), radius_m, name)
+        return cls(
+            "line",
+            0.5 * (start + end),
+            orientation_rad=orientation,
+            size_m=(length,),
+            radius_m=radius_m,
+            name=name,
+        )
 
     @classmethod
-    @keywords_beyond_two
     def plane(
         cls,
         position_m: npt.ArrayLike,
         size_m: tuple[float, float],
+        *,
         radius_m: float,
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
         """A rounded plate in the local x-y plane, `2 radius_m` thick."""
         orientation = _numbers(orientation_rad)
-        return cls("plane", _numbers(position_m), orientation, size_m, radius_m, name)
+        return cls(
+            "plane",
+            _numbers(position_m),
+            orientation_rad=orientation,
+            size_m=size_m,
+            radius_m=radius_m,
+            name=name,
+        )
 
     @classmethod
-    @keywords_beyond_two
     def cuboid(
         cls,
         position_m: npt.ArrayLike,
         size_m: tuple[float, float, float],
+        *,
         radius_m: float = 0.0,
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
         """A box, sharp-edged if the radius is 0."""
         orientation = _numbers(orientation_rad)
-        return cls("cuboid", _numbers(position_m), orientation, size_m, radius_m, name)
+        return cls(
+            "cuboid",
+            _numbers(position_m),
+            orientation_rad=orientation,
+            size_m=size_m,
+            radius_m=radius_m,
+            name=name,
+        )
 
     @property
     def half_m(self) -> FloatArray:
@@ -197,7 +222,7 @@ def _problems(obstacle: Obstacle) -> list[str]:
     return problems
 
 
-@borrowing
+@compiled
 def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> float:
     """Signed distance in metres of a point to the surface of the n-th shape."""
     return rounded_box_distance(
@@ -205,7 +230,7 @@ def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> floa
     )
 
 
-@borrowing
+@compiled
 def local_distance(x: float, y: float, z: float, shapes: Shapes) -> float:
     """Signed distance of a point to the nearest of all shapes; infinite without any."""
     nearest = np.inf

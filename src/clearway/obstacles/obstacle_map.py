@@ -14,7 +14,6 @@ from clearway.base.compiled import compiled, plain
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Obstacle, Shapes, shapes_of
 from clearway.obstacles.rays import cast_rays
@@ -26,7 +25,6 @@ from clearway.obstacles.tree import (
 )
 
 
-@keywords_beyond_two
 class ObstacleMap:
     """Any number of obstacles in the world frame; an empty map is legal. Immutable.
 

@@ -10,10 +10,9 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import one_line
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -36,7 +35,6 @@ class Voxels(NamedTuple):
     """[entries, 3]; a ball stands once in every voxel that it may reach into."""
 
 
-@keywords_beyond_two
 class PointWorld:
     """Balls of one radius at points [n, 3] of the world frame; satisfies `World`.
 
@@ -53,6 +51,7 @@ class PointWorld:
         self,
         points_m: FloatArray,
         point_radius_m: float,
+        *,
         labels: npt.NDArray[np.integer] | None = None,
     ) -> None:
         points = read_only(points_m)
@@ -133,7 +132,7 @@ def _sort(
     return first, centers
 
 
-@borrowing
+@compiled
 def _reached(
     point: Floats,
     radius: float,
@@ -174,7 +173,7 @@ def _cast(
     return ranges
 
 
-@borrowing
+@compiled
 def _walk(
     origin: Floats,
     start: Floats,
@@ -218,7 +217,7 @@ def _walk(
                 return best if best <= leave else np.inf
 
 
-@borrowing
+@compiled
 def _axis(
     start: float, direction: float, enter: float, size: float, count: int
 ) -> tuple[int, int, float, float]:

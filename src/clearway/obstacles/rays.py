@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.obstacles.bundles import (
     ALLOWANCE,
     Spheres,
@@ -46,7 +46,7 @@ def cast_rays(
     return ranges
 
 
-@borrowing
+@compiled
 def _cast_all(
     origin: Floats,
     directions: Floats2,
@@ -88,7 +88,7 @@ def _cast_all(
                 )
 
 
-@borrowing
+@compiled
 def _meet(
     origin: Floats,
     directions: Floats2,
@@ -139,7 +139,7 @@ def _meet(
             k += 1
 
 
-@borrowing
+@compiled
 def _box_entry(
     x: float, y: float, z: float, ux: float, uy: float, uz: float, tree: BoxTree, node: int
 ) -> float:

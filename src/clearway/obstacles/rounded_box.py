@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 
 RAY_TOLERANCE = 1e-11
 """Of the entry of a ray, as a share of the distance to it and the obstacle's own size."""
@@ -19,7 +19,7 @@ MAX_RAY_STEPS = 100
 """Rays that graze a surface converge by halves only; this many bring them within the tolerance."""
 
 
-@borrowing
+@compiled
 def offset_volume(hx: float, hy: float, hz: float, radius: float) -> float:
     """Volume of a box of half lengths hx, hy, hz inflated by a radius (Steiner's formula)."""
     faces = 8.0 * (hx * hy + hy * hz + hz * hx)
@@ -28,7 +28,7 @@ def offset_volume(hx: float, hy: float, hz: float, radius: float) -> float:
     return 8.0 * hx * hy * hz + radius * (faces + radius * (edges + radius * ball))
 
 
-@borrowing
+@compiled
 def local_vector(dx: float, dy: float, dz: float, rotation: Floats2) -> tuple[float, float, float]:
     """A direction in the local axes of an obstacle: the transpose of frame_from_local."""
     return (
@@ -38,7 +38,7 @@ def local_vector(dx: float, dy: float, dz: float, rotation: Floats2) -> tuple[fl
     )
 
 
-@borrowing
+@compiled
 def local_point(
     x: float, y: float, z: float, center: Floats, rotation: Floats2
 ) -> tuple[float, float, float]:
@@ -46,7 +46,7 @@ def local_point(
     return local_vector(x - center[0], y - center[1], z - center[2], rotation)
 
 
-@borrowing
+@compiled
 def distance_beyond(qx: float, qy: float, qz: float) -> float:
     """Signed distance to a box of a point that lies so far beyond its faces along each axis."""
     nearest_face: float = max(qx, max(qy, qz))
@@ -56,13 +56,13 @@ def distance_beyond(qx: float, qy: float, qz: float) -> float:
     return math.sqrt(ox * ox + oy * oy + oz * oz)
 
 
-@borrowing
+@compiled
 def box_distance(x: float, y: float, z: float, hx: float, hy: float, hz: float) -> float:
     """Signed distance of a local point to the box before inflation; negative inside."""
     return distance_beyond(abs(x) - hx, abs(y) - hy, abs(z) - hz)
 
 
-@borrowing
+@compiled
 def rounded_box_distance(
     x: float,
     y: float,
@@ -94,14 +94,14 @@ class Turn(NamedTuple):
     zz: float
 
 
-@borrowing
+@compiled
 def turn_of(rotation: Floats2) -> Turn:
     """The entries of a rotation [3, 3]."""
     x, y, z = rotation[0], rotation[1], rotation[2]
     return Turn(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
 
 
-@borrowing
+@compiled
 def outward_normal(
     lx: float, ly: float, lz: float, hx: float, hy: float, hz: float, turn: Turn
 ) -> tuple[float, float, float]:
@@ -130,7 +130,7 @@ def outward_normal(
     )
 
 
-@borrowing
+@compiled
 def ray_rounded_box(
     x: float,
     y: float,
@@ -173,7 +173,7 @@ def ray_rounded_box(
     return t
 
 
-@borrowing
+@compiled
 def _bounding_sphere_entry(
     px: float,
     py: float,

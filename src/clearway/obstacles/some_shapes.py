@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import Turn
 
@@ -39,7 +39,7 @@ def some_shapes() -> SomeShapes:
     )
 
 
-@inlined
+@compiled
 def lay_out(shapes: Shapes, found: Ints, rows: Floats2) -> None:
     """Fill in some shapes by coordinate."""
     for k in range(len(found)):
@@ -51,7 +51,7 @@ def lay_out(shapes: Shapes, found: Ints, rows: Floats2) -> None:
         rows[15, k] = shapes.radius_m[s]
 
 
-@inlined
+@compiled
 def turn_in(rows: Floats2, k: np.uint64) -> Turn:
     """How one of some shapes lies."""
     xx, xy, xz, yx, yy, yz = rows[3], rows[4], rows[5], rows[6], rows[7], rows[8]
@@ -59,7 +59,7 @@ def turn_in(rows: Floats2, k: np.uint64) -> Turn:
     return Turn(xx[k], xy[k], xz[k], yx[k], yy[k], yz[k], zx[k], zy[k], zz[k])
 
 
-@borrowing
+@compiled
 def distances_off(px: float, py: float, pz: float, rows: Floats2, off: Floats) -> None:
     """Fill in `obstacle.shape_distance` of a place to shapes [n] that are laid out in rows: no
     branch in the loop, so that several go at once."""
@@ -76,7 +76,7 @@ def distances_off(px: float, py: float, pz: float, rows: Floats2, off: Floats) -
         off[s] = within + np.sqrt(ox * ox + oy * oy + oz * oz) - radius[s]
 
 
-@inlined
+@compiled
 def touching(px: float, py: float, pz: float, reach: float, many: int, some: SomeShapes) -> int:
     """How many of some shapes may add to a part at a place that reaches so far, and how it lies to
     all of them: no branch asks, and the first loop takes several at once."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.state import IntArray
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import distance_beyond
@@ -70,7 +70,7 @@ def build_box_tree(shapes: Shapes) -> BoxTree:
     )
 
 
-@borrowing
+@compiled
 def box_lower_bound(x: float, y: float, z: float, tree: BoxTree, node: int) -> float:
     """No obstacle of the node is nearer to the point than this, signed like their distances."""
     low, high = tree.low_m, tree.high_m

@@ -156,7 +156,7 @@ def _row(
     sample: ReachableSample,
 ) -> MethodRow:
     began = time.perf_counter()
-    reach_set = build_reach_set(automaton, grid, contender.method, **contender.tuning)
+    reach_set = build_reach_set(automaton, grid, method=contender.method, **contender.tuning)
     build_s = time.perf_counter() - began
     inner = np.unique(reach_set.parent[reach_set.parent >= 0])
     counts = np.bincount(reach_set.end_cell[inner], minlength=1)
@@ -190,7 +190,8 @@ def over_spreads(
     return {
         method: tuple(
             SpreadPoint(
-                spread, measure(build_reach_set(automaton, grid, method, **{name: float(spread)}))
+                spread,
+                measure(build_reach_set(automaton, grid, method=method, **{name: float(spread)})),
             )
             for spread in spreads
         )

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Bools, Floats, Int32s, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.reach.buffers import ByteArray, images_within, keys_of
 from clearway.reach.coverage import footprint_labels
 from clearway.reach.tree import ReachSet
@@ -121,7 +121,7 @@ def _greedy(
             nodes += _enter(leaf[n], parent, items, has_node, has_item)
 
 
-@borrowing
+@compiled
 def _gain(
     node: int, parent: Int32s, items: Items, has_node: Bools, has_item: Bools
 ) -> tuple[int, float]:
@@ -136,7 +136,7 @@ def _gain(
     return nodes, worth
 
 
-@borrowing
+@compiled
 def _enter(node: int, parent: Int32s, items: Items, has_node: Bools, has_item: Bools) -> int:
     """Enter a trajectory's nodes and items into the masks; how many nodes were new."""
     nodes = 0

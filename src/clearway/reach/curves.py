@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, StridedFloats
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 
 DEGREE = 8
@@ -87,7 +87,7 @@ PRODUCT_WEIGHTS = _product_weights(DEGREE)
 BINOMIALS = np.array([comb(DEGREE, k) for k in range(DEGREE + 1)], dtype=np.float64)
 
 
-@borrowing
+@compiled
 def square(coefficients: Floats, weights: Floats2, squared: Floats) -> None:
     """Add the square of a polynomial [n + 1] to `squared` [2 n + 1]."""
     for i in range(len(coefficients)):
@@ -95,7 +95,7 @@ def square(coefficients: Floats, weights: Floats2, squared: Floats) -> None:
             squared[i + j] += weights[i, j] * coefficients[i] * coefficients[j]
 
 
-@borrowing
+@compiled
 def value(scaled: Floats, share: float) -> float:
     """A polynomial at a share of its time, by its coefficients times `BINOMIALS`."""
     rest, power = 1.0 - share, 1.0
@@ -106,7 +106,7 @@ def value(scaled: Floats, share: float) -> float:
     return float(total)
 
 
-@borrowing
+@compiled
 def halve(coefficients: StridedFloats, first: StridedFloats, second: Floats) -> None:
     """Coefficients of the two halves of a polynomial (de Casteljau)."""
     degree = len(coefficients) - 1
@@ -118,7 +118,7 @@ def halve(coefficients: StridedFloats, first: StridedFloats, second: Floats) -> 
             second[k] = 0.5 * (second[k] + second[k + 1])
 
 
-@borrowing
+@compiled
 def without_root(coefficients: StridedFloats, noise: float) -> bool:
     """Whether all coefficients beyond exact zeros at the start have one sign, and not by rounding.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.reach.keep import in_mirrored_order
@@ -80,7 +80,7 @@ def _farthest(cell: Ints, together: Bools, features: Floats2, budget: Ints) -> B
     return taken
 
 
-@borrowing
+@compiled
 def _next_choice(
     start: int,
     end: int,
@@ -115,7 +115,7 @@ def _next_choice(
     return best, size
 
 
-@borrowing
+@compiled
 def _distance(first: Floats, second: Floats) -> float:
     total = 0.0
     for axis in range(len(first)):

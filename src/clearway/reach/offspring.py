@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Int32s2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import GridEdges
 from clearway.reach.lattice import LatticePieces
 from clearway.reach.trace import NEAR, OUT_BEYOND, end_place
@@ -81,13 +81,13 @@ def offspring_of(
     return nodes, ended, cells, start, child[order], child_place[order]
 
 
-@borrowing
+@compiled
 def _origin(state: Floats) -> tuple[float, float, float, float, float]:
     """x, y, z, and cosine and sine of yaw."""
     return state[0], state[1], state[2], np.cos(state[3]), np.sin(state[3])
 
 
-@borrowing
+@compiled
 def _put(row: Floats, origin: tuple[float, float, float, float, float], end: Floats) -> None:
     """Enter the position at a movement's end into a row of states."""
     x, y, z, cosine, sine = origin

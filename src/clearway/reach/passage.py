@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, StridedFloats
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import GridEdges, angle_borders, cell_of_point, range_borders
 from clearway.reach.curves import (
@@ -159,7 +159,7 @@ def crossings(curve: Floats2, borders: CellBorders, search: CrossingSearch) -> i
     return count
 
 
-@borrowing
+@compiled
 def _difference(
     cosine: float, upward: Floats, sine: float, across: Floats, of_border: Floats
 ) -> tuple[float, bool]:
@@ -176,7 +176,7 @@ def _difference(
     return noise, without_root(of_border[: len(upward)], noise)
 
 
-@borrowing
+@compiled
 def cell_at(share: float, search: CrossingSearch, edges: GridEdges) -> int:
     """The cell at a share of time of the curve that `search` was last used for; -1 outside."""
     scaled = search.scaled
@@ -235,7 +235,7 @@ def _roots(
     return count
 
 
-@borrowing
+@compiled
 def _changes_of_sign(coefficients: StridedFloats, noise: float) -> int:
     """Changes of sign from one coefficient to the next; -1 where rounding may have made a sign.
 
@@ -251,7 +251,7 @@ def _changes_of_sign(coefficients: StridedFloats, noise: float) -> int:
     return changes
 
 
-@borrowing
+@compiled
 def _beyond(
     share: float,
     kind: int,
@@ -268,7 +268,7 @@ def _beyond(
     return float(border[1] * value(scaled[2], share) - border[0] * level)
 
 
-@borrowing
+@compiled
 def _touches(
     share: float,
     kind: int,
@@ -283,7 +283,7 @@ def _touches(
     return bool(abs(_beyond(share, kind, border, scaled)) <= TOUCH * scale)
 
 
-@borrowing
+@compiled
 def _bracketed(
     low: float,
     high: float,

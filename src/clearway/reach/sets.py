@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.suggest import did_you_mean
 from clearway.base.variants import Variants
 from clearway.reach import covering, keep
@@ -20,10 +19,10 @@ from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 
-@keywords_beyond_two
 def build_reach_set(
     automaton: MovementAutomaton,
     grid: AvoidanceGrid,
+    *,
     method: str = "flying",
     start_pitch_rad: float = 0.0,
     **tuning: float,

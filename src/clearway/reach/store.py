@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,6 @@ from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
-from clearway.base.positional import keywords_beyond_two
 from clearway.reach.lattice import Lattice
 from clearway.reach.sets import lattice_for, reach_set_at
 from clearway.reach.trace import reach_set_of
@@ -41,7 +40,6 @@ Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class ReachLibrary:
     """One reach set per start pitch of an automaton, ascending by pitch: (3.5), def. 2.
@@ -57,6 +55,7 @@ class ReachLibrary:
 
     automaton: MovementAutomaton
     grid: AvoidanceGrid
+    _: KW_ONLY
     method: str
     reach_sets: tuple[ReachSet, ...]
 
@@ -66,13 +65,12 @@ class ReachLibrary:
         return one_line("ReachLibrary", (self.method, sets, f"to {self.grid.range_m:g} m"))
 
     @classmethod
-    @keywords_beyond_two
     def build(
         cls,
         automaton: MovementAutomaton,
         grid: AvoidanceGrid,
-        method: str = "flying",
         *,
+        method: str = "flying",
         tuning: Mapping[str, float] | None = None,
         progress: Progress | None = None,
     ) -> ReachLibrary:
@@ -82,16 +80,15 @@ class ReachLibrary:
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         for lattice in _rooted(every):
             reach_sets += _built(lattice, grid, method, tuning, progress or _silent)
-        return cls(automaton, grid, method, _told_apart(reach_sets, automaton))
+        return cls(automaton, grid, method=method, reach_sets=_told_apart(reach_sets, automaton))
 
     @classmethod
-    @keywords_beyond_two
     def load_or_build(
         cls,
         automaton: MovementAutomaton,
         grid: AvoidanceGrid,
-        method: str = "flying",
         *,
+        method: str = "flying",
         tuning: Mapping[str, float] | None = None,
         progress: Progress | None = None,
         notice: Notice | None = None,
@@ -118,7 +115,7 @@ class ReachLibrary:
                 if place is not None:
                     _store(place / name, key, reach_sets, notice)
             found += reach_sets
-        return cls(automaton, grid, method, _told_apart(found, automaton))
+        return cls(automaton, grid, method=method, reach_sets=_told_apart(found, automaton))
 
     def store(self, folder: Path) -> Path:
         """Write the library, built without tuning, into a folder; returns the file.

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Floats3, Int8s, Int16s, Int32s, Int32s2, Ints2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
 from clearway.reach.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
 from clearway.reach.passage import (
@@ -79,7 +79,7 @@ def reach_set_of(
     )
 
 
-@borrowing
+@compiled
 def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Cell of a point in the grid frame, or where else: NEAR, OUT_BEYOND, OUT_SIDE (4.24)."""
     cell = cell_of_point(x, y, z, edges)
@@ -97,7 +97,7 @@ def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
     return OUT_BEYOND
 
 
-@borrowing
+@compiled
 def _point(
     origin: tuple[float, float, float, float, float],
     offset: Floats,
@@ -115,7 +115,7 @@ def _point(
     )
 
 
-@borrowing
+@compiled
 def end_place(
     origin: tuple[float, float, float, float, float],
     path: Floats2,
@@ -269,7 +269,7 @@ def _through_cells(
     return samples, cell_start, cells[:filled].copy(), end_cell, exit_kind
 
 
-@borrowing
+@compiled
 def exit_of(place: int, edges: GridEdges) -> int:
     """Kind of exit of a movement that ends at a place; 0 while under way."""
     if place == OUT_SIDE:
@@ -280,7 +280,7 @@ def exit_of(place: int, edges: GridEdges) -> int:
     return 0
 
 
-@borrowing
+@compiled
 def _passed(
     cell: int, node: int, filled: int, parent: Int32s, start: Int32s, cells: Int32s
 ) -> bool:

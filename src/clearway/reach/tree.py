@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,14 +11,12 @@ import numpy.typing as npt
 from clearway.base.brief import one_line
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import BoolArray, IntArray
 
 LAST_LAYER = 1
 SIDE = 2
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class ReachSet:
     """Trajectories in one grid for one start pitch (section 4.5), as a tree without its root.
@@ -36,6 +34,7 @@ class ReachSet:
 
     grid: AvoidanceGrid
     start_pitch_rad: float
+    _: KW_ONLY
     movement_names: tuple[str, ...]
     movement_smooth: tuple[bool, ...]
     """Per movement name: in the smooth set S of def. 25."""

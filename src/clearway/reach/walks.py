@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2, Int32s2, Ints, UInt64s
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import GridEdges
 from clearway.reach.lattice import LatticePieces
 from clearway.reach.offspring import START_CELL
@@ -73,7 +73,7 @@ def walks_until(
     return walks
 
 
-@borrowing
+@compiled
 def _walk(along: Along, order: Ints, draw: UInt64s) -> int:
     """Outcome of one walk: a cell, beyond the range, or LOST; `order` is any order of movements."""
     pieces, way = along.pieces, along.way
@@ -110,7 +110,7 @@ def _walk(along: Along, order: Ints, draw: UInt64s) -> int:
     return LOST
 
 
-@borrowing
+@compiled
 def _onward(end: int, way: Ints, here: int, edges: GridEdges) -> int:
     """The cell that a movement leads to, `cells` beyond the range, or LOST off the way."""
     per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
@@ -123,13 +123,13 @@ def _onward(end: int, way: Ints, here: int, edges: GridEdges) -> int:
     return to if on_the_way else LOST
 
 
-@borrowing
+@compiled
 def _cells(edges: GridEdges) -> int:
     per_layer = (len(edges.azimuth_rad) - 1) * (len(edges.elevation_rad) - 1)
     return (len(edges.range_m) - 1) * per_layer
 
 
-@borrowing
+@compiled
 def _below(count: int, draw: UInt64s) -> int:
     """A random number from 0 to count - 1, by splitmix64."""
     draw[0] += np.uint64(0x9E3779B97F4A7C15)

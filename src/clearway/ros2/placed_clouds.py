@@ -79,7 +79,7 @@ class PlacedClouds:
             placed = points.points_m
             if deskew and points.later_s is not None and len(placed):
                 placed = self._deskewed(name, placed, points.later_s, time_s)
-            return Scan(placed, time_s, name)
+            return Scan(placed, time_s, sensor=name)
 
         return scan
 

@@ -177,7 +177,7 @@ class TopicLink(Generic[S]):
             return
         self.session.hear_status(FLYING, wall_s)
         self.session.hear_motion(motion)
-        state = State(motion.position_m, motion.attitude_rad, time_s)
+        state = State(motion.position_m, motion.attitude_rad, time_s=time_s)
         self._clouds.move(state, motion.heading_rad)
 
     def _cloud_taker(

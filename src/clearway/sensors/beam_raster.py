@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Bools2, Floats, Floats2, Int32s
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.state import BoolArray
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.binning import TINY
@@ -67,7 +67,7 @@ def _flanked(beams: BoolArray) -> BoolArray:
     return np.ascontiguousarray(np.roll(band, 1, axis=0) & np.roll(band, -1, axis=0))
 
 
-@borrowing
+@compiled
 def _note_beams(
     directions: Floats2,
     low: Floats2,
@@ -84,7 +84,7 @@ def _note_beams(
         high[column, row] = max(high[column, row], z)
 
 
-@borrowing
+@compiled
 def bin_of(
     x: float,
     y: float,
@@ -141,7 +141,7 @@ def nearest_returns(points: Floats2, raster: BeamRaster) -> Floats2:
     return directions_of(points, raster).nearest_m
 
 
-@borrowing
+@compiled
 def sort_into_bins(
     flat: Floats,
     columns: int,
@@ -170,7 +170,7 @@ def sort_into_bins(
         bins[n] = column * np.int32(rows) + np.int32(offset) if inside else -1
 
 
-@borrowing
+@compiled
 def _note_nearest(distance: Floats, bins: Int32s, nearest: Floats) -> None:
     for n in range(len(bins)):
         if bins[n] >= 0:

@@ -7,7 +7,7 @@ from here and not from the returns.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,14 +18,12 @@ from clearway.base.checks import take_floats
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 
 MOST_BEAMS = 5_000_000
 """Of a pattern."""
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class BeamPattern:
     """Directions of one sweep in the sensor frame, and the ranges that the sensor can measure.
@@ -43,6 +41,7 @@ class BeamPattern:
     name: str
     azimuth_rad: FloatArray
     """[beams] left positive."""
+    _: KW_ONLY
     elevation_rad: FloatArray
     """[beams] up positive."""
     min_range_m: float = 0.0
@@ -110,16 +109,22 @@ class BeamPattern:
         if spacing_rad is None:
             spacing_rad = max(_typical_step(azimuths), _typical_step(elevations))
         azimuth, elevation = np.meshgrid(azimuths, elevations, indexing="ij")
-        return cls(name, azimuth.ravel(), elevation.ravel(), min_range_m, max_range_m, spacing_rad)
+        return cls(
+            name,
+            azimuth.ravel(),
+            elevation_rad=elevation.ravel(),
+            min_range_m=min_range_m,
+            max_range_m=max_range_m,
+            spacing_rad=spacing_rad,
+        )
 
     @classmethod
-    @keywords_beyond_two
     def rotating(
         cls,
         elevations_deg: Sequence[float] | FloatArray,
         azimuth_step_deg: float,
-        azimuth_span_deg: float = 360.0,
         *,
+        azimuth_span_deg: float = 360.0,
         name: str = "rotating",
         min_range_m: float = 0.0,
         max_range_m: float = np.inf,
@@ -141,13 +146,12 @@ class BeamPattern:
         )
 
     @classmethod
-    @keywords_beyond_two
     def per_cell(
         cls,
         grid: AvoidanceGrid,
         azimuths_per_cell: int = 20,
-        elevations_per_cell: int = 10,
         *,
+        elevations_per_cell: int = 10,
         min_range_m: float = 0.0,
         max_range_m: float = np.inf,
     ) -> BeamPattern:

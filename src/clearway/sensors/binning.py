@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import (
     BORDER_TOLERANCE,
@@ -122,7 +122,7 @@ def _table(edges: FloatArray, low: float, steps_per_unit: float, stride: int) ->
     return np.ascontiguousarray(table, dtype=np.int32)
 
 
-@borrowing
+@compiled
 def quick_column(x: float, y: float, sine: float, column: Int32s, row: Int32s) -> int:
     """Sum of the entries of a direction: column * rows + row, or a mark.
 
@@ -137,7 +137,7 @@ def quick_column(x: float, y: float, sine: float, column: Int32s, row: Int32s) -
     return entry
 
 
-@borrowing
+@compiled
 def cell_at_border(x: float, y: float, z: float, tables: CellTables) -> int:
     """Flat cell of a point whose steps hold a border; OUTSIDE if there is none.
 
@@ -160,7 +160,7 @@ def cell_at_border(x: float, y: float, z: float, tables: CellTables) -> int:
     return (i * (len(azimuth) - 1) + j) * (len(elevation) - 1) + k
 
 
-@borrowing
+@compiled
 def _sure_interval(stand_in: float, edges: Floats, apart: float) -> int:
     """Interval of ascending edges; -1 outside, UNSURE where it is no farther from an edge."""
     passed, near = 0, False
@@ -172,7 +172,7 @@ def _sure_interval(stand_in: float, edges: Floats, apart: float) -> int:
     return passed - 1 if passed < len(edges) else -1
 
 
-@borrowing
+@compiled
 def exact_column(x: float, y: float, z: float, azimuth: Floats, elevation: Floats) -> int:
     """column * rows + row of a direction by the rule of `grid`; OUTSIDE if there is none."""
     j = interval_of(np.arctan2(y, x), azimuth)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, UInt64s3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.passing import Sensor
 from clearway.sensors.seen_space import is_place_free
@@ -33,7 +33,7 @@ def heard_of(
     return told
 
 
-@borrowing
+@compiled
 def _note_hidden(
     told: Floats2, raster: BeamRaster, sensor: Sensor, free: UInt64s3, window: Floats
 ) -> None:
@@ -52,7 +52,7 @@ def _note_hidden(
                     told[j, k] = 0.0
 
 
-@borrowing
+@compiled
 def _was_free(x: float, y: float, z: float, sensor: Sensor, free: UInt64s3, window: Floats) -> bool:
     """Whether a direction of the sensor's frame was seen to be free through its blind range."""
     r, o = sensor.rotation, sensor.origin

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.sensors.voxels import merge_balls, number_voxels
 
@@ -123,7 +123,7 @@ def _connected(places: Floats2, reach: Floats, gap: float) -> Ints:
     return parent
 
 
-@borrowing
+@compiled
 def _root(parent: Ints, n: int) -> int:
     while parent[n] != n:
         parent[n] = parent[parent[n]]

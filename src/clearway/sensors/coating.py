@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Bools, Bools2, Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled, inlined, read_only
+from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid, GridEdges
 from clearway.base.rounding import SURELY
@@ -69,7 +69,7 @@ def coated_by(points: Floats2, radii: Floats, edges: GridEdges) -> Bools:
     return coated.ravel()
 
 
-@borrowing
+@compiled
 def _coat(
     points: Floats2,
     radii: Floats,
@@ -170,7 +170,7 @@ def _coat(
                 marked_everywhere = _in_all(marked_in_column)
 
 
-@inlined
+@compiled
 def _layers_met(nearest: float, farthest: float, ranges: Floats) -> tuple[int, int]:
     """The first layer that reaches beyond a distance, and the one after the last that begins within
     another."""
@@ -183,7 +183,7 @@ def _layers_met(nearest: float, farthest: float, ranges: Floats) -> tuple[int, i
     return first, last
 
 
-@inlined
+@compiled
 def _layers_between(low: float, high: float, first: int, last: int, ranges: Floats) -> int:
     """Those among some layers that a stretch of distances reaches into, each by a bit."""
     found = 0
@@ -195,7 +195,7 @@ def _layers_between(low: float, high: float, first: int, last: int, ranges: Floa
     return found
 
 
-@inlined
+@compiled
 def _in_all(marks: Ints) -> int:
     """What is marked in all."""
     found = -1
@@ -204,7 +204,7 @@ def _in_all(marks: Ints) -> int:
     return found
 
 
-@borrowing
+@compiled
 def _note_marked(marked: Ints, coated: Bools2) -> None:
     """Fill in [layers, columns * rows] what is marked."""
     for at in range(len(marked)):
@@ -212,7 +212,7 @@ def _note_marked(marked: Ints, coated: Bools2) -> None:
             coated[layer, at] = marked[at] & (1 << layer) != 0
 
 
-@borrowing
+@compiled
 def _projection(
     along: float,
     z: float,

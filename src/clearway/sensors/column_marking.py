@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints, UInt64s, UInt64s3
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
 from clearway.sensors.free_marking import (
@@ -60,7 +60,7 @@ def mark_columns(
     _mark_columns(free, low, voxel, field, around, sensor, reach, short, heights, tilt, bits)
 
 
-@borrowing
+@compiled
 def _mark_columns(
     free: UInt64s3,
     low: Ints,
@@ -119,7 +119,7 @@ def _mark_columns(
                     free[i, j, np.uint64(word)] |= bits[word]
 
 
-@borrowing
+@compiled
 def _goes_beyond(
     x: float, y: float, sine: float, beyond: float, around: Floats2, field: BeamField
 ) -> bool:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Int32s, Ints
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import BLOCK, BeamRaster, sort_into_bins
 from clearway.sensors.passing import REACH_OF_BEAM, Sensor, goes_on, in_sensor
 from clearway.sensors.remembered import ALONE, Boxes, level_at
@@ -86,7 +86,7 @@ def doubts(
     return doubt
 
 
-@borrowing
+@compiled
 def _add_doubts(
     boxes: Boxes,
     again: Ints,
@@ -108,7 +108,7 @@ def _add_doubts(
             )
 
 
-@borrowing
+@compiled
 def _look_at(
     boxes: Boxes, begin: int, end: int, sensor: Sensor, raster: BeamRaster, room: _Room
 ) -> int:
@@ -145,7 +145,7 @@ def _look_at(
     return found
 
 
-@inlined
+@compiled
 def _said_against(
     boxes: Boxes,
     n: int,
@@ -185,7 +185,7 @@ def _said_against(
     return float(likely * min(1.0, turned / spacing) / HITS_MISSED)
 
 
-@borrowing
+@compiled
 def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRule) -> float:
     """How far beams around a box must go."""
     dx = boxes.high_m[n, 0] - boxes.low_m[n, 0]
@@ -198,7 +198,7 @@ def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRu
     return float(distance + max(around, 0.5 * rule.voxel_m) + sensor.tolerance)
 
 
-@borrowing
+@compiled
 def _turned(
     px: float, py: float, pz: float, x: float, y: float, z: float, distance: float, before: Sensor
 ) -> float:

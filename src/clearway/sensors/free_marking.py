@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2, Ints, UInt8s2, UInt64s3
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import BeamRaster
 from clearway.sensors.binning import TINY
 from clearway.sensors.passing import Sensor
@@ -77,7 +77,7 @@ def field_of(raster: BeamRaster) -> BeamField:
     return BeamField(*bins, least, most, behind, right, left)
 
 
-@borrowing
+@compiled
 def _has_beams(raster: BeamRaster, column: int, row: int) -> bool:
     """Whether there are beams in a column at about a row."""
     for k in range(max(row - 1, 0), min(row + 2, raster.low.shape[1])):
@@ -96,7 +96,7 @@ def _nearest_around(nearest: Floats2, raster: BeamRaster) -> Floats2:
     return around
 
 
-@borrowing
+@compiled
 def _take_nearest(
     nearest: Floats2,
     bottom: float,
@@ -148,7 +148,7 @@ def mark(
     _mark_passed(free, low, voxel, field, _nearest_around(nearest, raster), sensor, reach, short)
 
 
-@borrowing
+@compiled
 def _mark_passed(
     free: UInt64s3,
     low: Ints,
@@ -246,13 +246,13 @@ def _mark_passed(
                 c += count
 
 
-@borrowing
+@compiled
 def _ends_along(origin: float, far: float, voxel: float) -> tuple[int, int]:
     """First and last voxel within a distance along an axis."""
     return int(np.floor((origin - far) / voxel)), int(np.floor((origin + far) / voxel))
 
 
-@borrowing
+@compiled
 def _above_zero(
     bottom: float, top: float, value: float, slope: float, reach: float
 ) -> tuple[float, float]:
@@ -265,7 +265,7 @@ def _above_zero(
     return (bottom, top) if value >= -1e-6 * reach else (bottom, -np.inf)
 
 
-@borrowing
+@compiled
 def _slopes(lowest: float, highest: float, upright: float) -> tuple[float, float]:
     """Least and greatest height over level distance that beams reach, from the sines of the lowest
     and highest one and the cosine of the sensor's tilt; infinite where some look straight up."""
@@ -278,7 +278,7 @@ def _slopes(lowest: float, highest: float, upright: float) -> tuple[float, float
     return below, above
 
 
-@inlined
+@compiled
 def _goes_on(
     x: float,
     y: float,

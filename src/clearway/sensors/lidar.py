@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.notebook import Marks, html_table, sketch_from_above
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import frozen_array
 from clearway.sensors.beams import BeamPattern
 from clearway.sensors.standing import FULL, Standing
@@ -48,7 +47,6 @@ class Mounting:
         object.__setattr__(self, "is_body_frame", here)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, eq=False)
 class Lidar:
     """A LiDAR: where it looks, where it sits, how well it measures.
@@ -63,6 +61,7 @@ class Lidar:
 
     name: str
     pattern: BeamPattern
+    _: KW_ONLY
     mounting: Mounting = field(default_factory=Mounting)
     sigma_m: float = 0.0
     """Standard deviation of the range."""
@@ -102,7 +101,6 @@ class Lidar:
         return far if self.dark_range_m is None else min(far, self.dark_range_m)
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
     """Returns of one sweep, a point cloud of scanned points (3.32), def. 14.
@@ -118,6 +116,7 @@ class Scan:
     points_m: FloatArray
     """[returns, 3] sensor frame; NaN and infinite ones are counted and skipped where used."""
     time_s: float = 0.0
+    _: KW_ONLY
     sensor: str = ""
     """Name of the LiDAR."""
     tilt_rad: float = 0.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -307,7 +307,7 @@ def _near(
     return kept[:count], kept_radii[:count]
 
 
-@borrowing
+@compiled
 def _keep_near(
     positions: Floats2,
     radii: Floats,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled, sealed
+from clearway.base.compiled import compiled, sealed
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beam_raster import BeamRaster, bin_of
@@ -77,7 +77,7 @@ def place_returns(points: Floats2, sensor: Sensor, reach: float, ground: float) 
     return Placed(placed[:m], distances[:m], source[:m])
 
 
-@borrowing
+@compiled
 def _place(
     points: Floats2,
     sensor: Sensor,
@@ -142,7 +142,7 @@ def passed_through(
     return passed
 
 
-@borrowing
+@compiled
 def in_sensor(x: float, y: float, z: float, sensor: Sensor) -> tuple[float, float, float]:
     """A point of the world in the sensor's frame."""
     r, o = sensor.rotation, sensor.origin
@@ -154,7 +154,7 @@ def in_sensor(x: float, y: float, z: float, sensor: Sensor) -> tuple[float, floa
     )
 
 
-@borrowing
+@compiled
 def goes_on(
     x: float,
     y: float,
@@ -183,7 +183,7 @@ def goes_on(
     return looks_here and _passed(column, row, sine, beyond, nearest)
 
 
-@borrowing
+@compiled
 def _passed(column: int, row: int, sine: float, beyond: float, nearest: Floats2) -> bool:
     """Whether all beams around a direction go on beyond a range."""
     columns = nearest.shape[0]

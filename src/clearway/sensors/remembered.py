@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.passing import Sensor
 
 ALONE, IN_LINE, BETWEEN = range(3)
@@ -62,7 +62,7 @@ def no_boxes() -> Boxes:
     )
 
 
-@borrowing
+@compiled
 def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
     """One integer for the voxel of a point; repeats only after a million voxels an axis."""
     per_voxel = 1.0 / (voxel * (1 << level))
@@ -72,7 +72,7 @@ def box_key(x: float, y: float, z: float, level: int, voxel: float) -> int:
     return (level << LEVEL_SHIFT) | (i << 40) | (j << 20) | k
 
 
-@borrowing
+@compiled
 def key_of(boxes: Boxes, n: int, voxel: float) -> int:
     """The voxel of a box, which is that of its middle."""
     return box_key(
@@ -84,7 +84,7 @@ def key_of(boxes: Boxes, n: int, voxel: float) -> int:
     )
 
 
-@borrowing
+@compiled
 def level_at(distance: float, fine: float) -> int:
     """Times that the pitch is doubled at a distance."""
     level = 0
@@ -141,7 +141,7 @@ def doubted(boxes: Boxes, doubt: Floats) -> Boxes:
     )
 
 
-@borrowing
+@compiled
 def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
     for axis in range(3):
         target.low_m[m, axis] = source.low_m[n, axis]
@@ -163,7 +163,7 @@ def picked(boxes: Boxes, keep: Bools) -> Boxes:
     return kept
 
 
-@borrowing
+@compiled
 def _count(marks: Bools) -> int:
     count = 0
     for n in range(len(marks)):
@@ -171,7 +171,7 @@ def _count(marks: Bools) -> int:
     return count
 
 
-@borrowing
+@compiled
 def _pick(boxes: Boxes, keep: Bools, kept: Boxes) -> None:
     m = 0
     for n in range(len(keep)):
@@ -180,7 +180,7 @@ def _pick(boxes: Boxes, keep: Bools, kept: Boxes) -> None:
             m += 1
 
 
-@borrowing
+@compiled
 def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
     """Let box m hold box n too; what is known of the thing is known of both."""
     for axis in range(3):
@@ -202,7 +202,7 @@ def together(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes
     return first_boxes(both, total), kept
 
 
-@borrowing
+@compiled
 def _put_together(
     old: Boxes, doubt: Floats, seen: Boxes, again: Ints, both: Boxes
 ) -> tuple[int, int]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Int32s
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.binning import BORDER, OUTSIDE, STEPS, TINY, CellTables, cell_at_border
 
 REASONS = ("kept", "outside", "nonfinite", "blind", "beyond", "airframe", "ground")
@@ -75,7 +75,7 @@ class Block(NamedTuple):
     """Where those that are kept of a block were in it."""
 
 
-@borrowing
+@compiled
 def take_in(flat: Floats, culled: float, block: Block) -> int:
     """Take in the returns of a block; how many are within a squared range.
 
@@ -92,7 +92,7 @@ def take_in(flat: Floats, culled: float, block: Block) -> int:
     return m
 
 
-@borrowing
+@compiled
 def gather_near(count: int, culled: float, block: Block) -> None:
     """Move those of a block within a squared range to the front."""
     of, source = block.of, block.source
@@ -110,7 +110,7 @@ def gather_near(count: int, culled: float, block: Block) -> None:
         )
 
 
-@borrowing
+@compiled
 def count_far(count: int, filters: Filters, culled: float, block: Block) -> tuple[int, int, int]:
     """Of those of a block beyond a squared range: how many are not finite, beyond the sensor's
     range, ground."""
@@ -131,7 +131,7 @@ def count_far(count: int, filters: Filters, culled: float, block: Block) -> tupl
     return nonfinite, beyond, ground
 
 
-@borrowing
+@compiled
 def place(count: int, filters: Filters, block: Block) -> None:
     """Grid frame and squared distances of a block."""
     r, o, of = filters.rotation, filters.origin, block.of
@@ -150,7 +150,7 @@ def place(count: int, filters: Filters, block: Block) -> None:
         of[DISTANCE2 + n] = x**2 + y**2 + z**2
 
 
-@borrowing
+@compiled
 def sort_out(count: int, filters: Filters, block: Block) -> None:
     """Why each return of a block is dropped, KEPT if it is not."""
     e, up, ground = filters.body, filters.up, filters.ground
@@ -168,7 +168,7 @@ def sort_out(count: int, filters: Filters, block: Block) -> None:
         reason[n] = code if squared < np.inf else NONFINITE
 
 
-@borrowing
+@compiled
 def cull_beside(count: int, cone: Floats, block: Block) -> tuple[int, int, int]:
     """Gather those of a block in the cone of `CellTables`, and those too near, unless they are
     most; how many are left, and how many of the others are ground, and beyond the range."""
@@ -197,7 +197,7 @@ def cull_beside(count: int, cone: Floats, block: Block) -> tuple[int, int, int]:
     return m, ground, beyond
 
 
-@borrowing
+@compiled
 def _mark_inside(count: int, cone: Floats, block: Block) -> int:
     """Which of a block are in the cone of `CellTables`, or too near; how many."""
     right_x, right_y, left_x, left_y = cone[0], cone[1], cone[2], cone[3]
@@ -222,7 +222,7 @@ def _mark_inside(count: int, cone: Floats, block: Block) -> int:
     return m
 
 
-@borrowing
+@compiled
 def find_steps(count: int, steps_per_m: float, block: Block) -> None:
     """Steps of a block in the three tables; the arithmetic of `binning.quick_column`."""
     of, layer, column, row = block.of, block.layer, block.column, block.row
@@ -242,7 +242,7 @@ def find_steps(count: int, steps_per_m: float, block: Block) -> None:
         row[n] = np.int32(max(min((sine + 1.0) * (STEPS / 2.0), last), 0.0))
 
 
-@borrowing
+@compiled
 def find_cells(count: int, tables: CellTables, block: Block) -> int:
     """Cells of a block; how many of its returns are dropped."""
     layers, columns, rows = tables.layer, tables.column, tables.row

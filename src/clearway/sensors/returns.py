@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.binning import OUTSIDE, CellTables, exact_column
 from clearway.sensors.return_block import (
     AIRFRAME,
@@ -102,7 +102,7 @@ def bin_returns(points: Floats2, filters: Filters, tables: CellTables) -> Binned
     )
 
 
-@borrowing
+@compiled
 def _culled_m(filters: Filters, range_m: float) -> float:
     """Range from the sensor beyond which nothing is in the grid, blind or the own airframe."""
     o, e = filters.origin, filters.body
@@ -129,7 +129,7 @@ def kept_returns(points: Floats2, filters: Filters) -> tuple[Floats2, Floats]:
     return kept[:m], radius[:m]
 
 
-@borrowing
+@compiled
 def _count_dropped(
     count: int,
     filters: Filters,
@@ -154,7 +154,7 @@ def _count_dropped(
         block.cell[n] = OUTSIDE
 
 
-@borrowing
+@compiled
 def _count_hits(count: int, block: Block, hits: Ints, squared_ranges: Floats) -> None:
     """Count the returns of a block in their cells."""
     cell, of = block.cell, block.of
@@ -172,7 +172,7 @@ def _count_hits(count: int, block: Block, hits: Ints, squared_ranges: Floats) ->
     hits[here], squared_ranges[here] = many, sum_m2
 
 
-@borrowing
+@compiled
 def _keep(count: int, half_spacing: float, block: Block, kept: Floats2, radius: Floats) -> int:
     """Append the kept returns of a block, and how far each stands for its surroundings."""
     of, reason = block.of, block.reason

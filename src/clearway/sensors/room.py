@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.remembered import (
     Boxes,
     box_key,
@@ -37,7 +37,7 @@ class Room(NamedTuple):
     """Boxes within reach that are now part of coarser ones."""
 
 
-@borrowing
+@compiled
 def fits(boxes: Boxes, capacity: int, fine_m: float) -> bool:
     """Whether there is room for all of them, and always was."""
     return len(boxes.doubt) <= capacity and fine_m == np.inf
@@ -82,12 +82,12 @@ def make_room(
     return Room(coarse, fine, dropped, len(away) - len(coarse.doubt))
 
 
-@borrowing
+@compiled
 def _wider(fine: float, reach: float) -> float:
     return np.inf if fine >= reach else fine / FINER
 
 
-@borrowing
+@compiled
 def _coarse_key(boxes: Boxes, n: int, away: float, fine: float, voxel: float) -> int:
     return box_key(
         0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0]),

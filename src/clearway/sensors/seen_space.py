@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, UInt64s3
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 
@@ -71,7 +71,7 @@ def packed(free: npt.ArrayLike) -> Voxels:
     return np.ascontiguousarray(octets).view("<u8").astype(np.uint64, copy=False)
 
 
-@borrowing
+@compiled
 def is_free(free: UInt64s3, window: Floats, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball in the world was seen to be free, by all voxels that its box meets.
 
@@ -82,7 +82,7 @@ def is_free(free: UInt64s3, window: Floats, x: float, y: float, z: float, radius
     return is_box_free(free, window, box_about(window, x, y, z, radius), NO_VOXELS)
 
 
-@borrowing
+@compiled
 def is_place_free(free: UInt64s3, window: Floats, x: float, y: float, z: float) -> bool:
     """`is_free` of a ball without a radius, quickly."""
     per_m, columns, rows = window[3], free.shape[0], WORD * free.shape[2]
@@ -104,7 +104,7 @@ def is_place_free(free: UInt64s3, window: Floats, x: float, y: float, z: float) 
     return is_free(free, window, x, y, z, 0.0)
 
 
-@borrowing
+@compiled
 def is_declared(window: Floats, x: float, y: float, z: float, radius: float) -> bool:
     """Whether a ball lies in the one that the mission declares free, or in the mapped box."""
     dx, dy, dz = x - window[4], y - window[5], z - window[6]
@@ -114,7 +114,7 @@ def is_declared(window: Floats, x: float, y: float, z: float, radius: float) -> 
     return _in_box(window, x - radius, x + radius, y - radius, y + radius, z - radius, z + radius)
 
 
-@borrowing
+@compiled
 def box_about(window: Floats, x: float, y: float, z: float, radius: float) -> VoxelBox:
     """Voxels that the box about a ball meets."""
     per_m = window[3]
@@ -128,7 +128,7 @@ def box_about(window: Floats, x: float, y: float, z: float, radius: float) -> Vo
     )
 
 
-@borrowing
+@compiled
 def is_box_free(free: UInt64s3, window: Floats, box: VoxelBox, known: VoxelBox) -> bool:
     """Whether all voxels of a box were seen to be free; those of another are known to be."""
     a0, a1, b0, b1, c0, c1 = box
@@ -154,7 +154,7 @@ def is_box_free(free: UInt64s3, window: Floats, box: VoxelBox, known: VoxelBox) 
     return True
 
 
-@borrowing
+@compiled
 def is_marked(free: UInt64s3, a: int, b: int, c: int) -> bool:
     """Whether the bit of a voxel is set; of one in the window, whether it was seen to be free."""
     columns, at = free.shape[0], c & (WORD * free.shape[2] - 1)
@@ -162,13 +162,13 @@ def is_marked(free: UInt64s3, a: int, b: int, c: int) -> bool:
     return bool((free[i, j, np.uint64(at // WORD)] >> np.uint64(at & (WORD - 1))) & ONE)
 
 
-@borrowing
+@compiled
 def bits_from(at: int, count: int) -> np.uint64:
     """The bits, in one word, of so many voxels from one on."""
     return np.uint64((EVERY >> np.uint64(WORD - count)) << np.uint64(at & (WORD - 1)))
 
 
-@borrowing
+@compiled
 def _all_declared(
     window: Floats, a: int, b: int, c: int, at: int, count: int, missing: np.uint64
 ) -> bool:
@@ -180,7 +180,7 @@ def _all_declared(
     return True
 
 
-@borrowing
+@compiled
 def _declared(window: Floats, a: int, b: int, c: int) -> bool:
     """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
     width = 1.0 / window[3]
@@ -195,7 +195,7 @@ def _declared(window: Floats, a: int, b: int, c: int) -> bool:
     return bool(x * x + y * y + z * z <= window[7] ** 2)
 
 
-@borrowing
+@compiled
 def _in_box(
     window: Floats, x0: float, x1: float, y0: float, y1: float, z0: float, z1: float
 ) -> bool:

@@ -58,7 +58,7 @@ def simulate_scan(
     pattern = lidar.pattern
     rotation, origin = sensor_pose(lidar, state)
     if _meets_nothing(world, origin, pattern.max_range_m):
-        return Scan(np.zeros((0, 3)), state.time_s, lidar.name)
+        return Scan(np.zeros((0, 3)), state.time_s, sensor=lidar.name)
     directions = _turned(pattern.directions, read_only(rotation))
     ranges = read_only(world.cast(origin, directions, pattern.max_range_m))
     met = int(np.count_nonzero(np.isfinite(ranges)))
@@ -71,7 +71,7 @@ def simulate_scan(
         rng.random(met) if lidar.dropout > 0.0 else NO_DRAWS,
         float(lidar.dropout),
     )
-    return Scan(points, state.time_s, lidar.name)
+    return Scan(points, state.time_s, sensor=lidar.name)
 
 
 def _meets_nothing(world: World, origin: FloatArray, max_range_m: float) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import BeamRaster, directions_of
 from clearway.sensors.doubt import DoubtRule, doubts
 from clearway.sensors.passing import Sensor
@@ -97,7 +97,7 @@ def remembered_after(
     return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
 
 
-@borrowing
+@compiled
 def _count_cleared(doubt: Floats) -> int:
     count = 0
     for n in range(len(doubt)):
@@ -105,7 +105,7 @@ def _count_cleared(doubt: Floats) -> int:
     return count
 
 
-@borrowing
+@compiled
 def _expire(boxes: Boxes, doubt: Floats, origin: Floats, reach: float, before: float) -> None:
     """Doubt what is out of reach and was last seen before a time."""
     for n in range(len(doubt)):
@@ -120,7 +120,7 @@ def _expire(boxes: Boxes, doubt: Floats, origin: Floats, reach: float, before: f
             doubt[n] = 1.0
 
 
-@borrowing
+@compiled
 def _count_refuted(boxes: Boxes, doubt: Floats) -> int:
     """Boxes that nothing bore out and that are cleared now."""
     count = 0
@@ -130,7 +130,7 @@ def _count_refuted(boxes: Boxes, doubt: Floats) -> int:
     return count
 
 
-@borrowing
+@compiled
 def _count_bare(boxes: Boxes, first_new: int, sweeps: int) -> int:
     """Boxes of the latest sweep that no line and no width bears out, and so many sweeps saw."""
     count = 0

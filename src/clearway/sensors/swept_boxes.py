@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Int32s, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.remembered import (
     ALONE,
     LEVEL_SHIFT,
@@ -86,7 +86,7 @@ def numbered_boxes(
     return boxes, table
 
 
-@borrowing
+@compiled
 def _keys_of(points: Floats2, origin: Floats, pitch: Pitch, keys: Ints) -> None:
     """Fill in the voxel of each return; without a branch the compiler takes several at a time."""
     voxel, fine, flat = pitch.voxel_m, pitch.fine_m, points.reshape(points.size)
@@ -115,14 +115,14 @@ def _numbered(keys: Ints, numbers: Int32s) -> VoxelNumbers:
         bits += GROWTH
 
 
-@borrowing
+@compiled
 def _enter(count: int, table: VoxelNumbers) -> None:
     """Enter so many boxes, no two of a voxel, into an empty table."""
     for n in range(count):
         table.slots[_slot_of(table.keys[n], table)] = n
 
 
-@borrowing
+@compiled
 def _slot_of(key: int, table: VoxelNumbers) -> int:
     """Where the number of a voxel's box is, or goes."""
     slots, keys = table.slots, table.keys
@@ -132,7 +132,7 @@ def _slot_of(key: int, table: VoxelNumbers) -> int:
     return int(slot)
 
 
-@borrowing
+@compiled
 def _number(
     keys: Ints, begin: int, count: int, table: VoxelNumbers, numbers: Int32s
 ) -> tuple[int, int]:
@@ -152,7 +152,7 @@ def _number(
     return len(keys), count
 
 
-@borrowing
+@compiled
 def _grow(points: Floats2, radii: Floats, sizes: Floats, numbers: Int32s, boxes: Boxes) -> None:
     """Let each box hold its returns."""
     low, high, spacing, size = boxes.low_m, boxes.high_m, boxes.spacing_m, boxes.size_m
@@ -189,13 +189,13 @@ def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> Ints:
     return again
 
 
-@borrowing
+@compiled
 def _keys_of_boxes(boxes: Boxes, voxel: float, keys: Ints) -> None:
     for n in range(len(keys)):
         keys[n] = key_of(boxes, n, voxel)
 
 
-@borrowing
+@compiled
 def _look_up(table: VoxelNumbers, keys: Ints) -> None:
     """Write over voxels the numbers of their boxes; -1 where there is none."""
     for n in range(len(keys)):

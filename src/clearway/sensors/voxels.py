@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 
 
-@borrowing
+@compiled
 def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
     """One integer for the voxel of a point; repeats only after two million voxels an axis."""
     i = int(np.floor(x * per_voxel)) & 0x1FFFFF
@@ -17,13 +17,13 @@ def voxel_key(x: float, y: float, z: float, per_voxel: float) -> int:
     return (i << 42) | (j << 21) | k
 
 
-@borrowing
+@compiled
 def first_slot(key: int, shift: int) -> np.uint64:
     """Where a key is looked for first, in a hash table of two to the power of 64 - shift slots."""
     return np.uint64(np.uint64(key) * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(shift))
 
 
-@borrowing
+@compiled
 def slot_of(key: int, keys: Ints, shift: int) -> int:
     """Where a key is, or goes, in a hash table of a power of two slots; -1 marks empty ones."""
     mask, slot = np.uint64(len(keys) - 1), first_slot(key, shift)
@@ -32,7 +32,7 @@ def slot_of(key: int, keys: Ints, shift: int) -> int:
     return int(slot)
 
 
-@borrowing
+@compiled
 def table_bits(count: int) -> int:
     """Bits of a hash table that stays at most half full with `count` keys."""
     bits = 4

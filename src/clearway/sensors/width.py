@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Int32s, Int32s2, Ints, UInt8s, UInt8s2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.beam_raster import Directions
 from clearway.sensors.passing import Sensor, place_returns
 
@@ -33,7 +33,7 @@ def blocks_of(nearest: Floats2) -> UInt8s2:
     return blocks
 
 
-@borrowing
+@compiled
 def _mark_blocks(nearest: Floats2, alike: UInt8s2, blocks: UInt8s2) -> None:
     """Fill in `blocks_of`. alike: [columns, rows] room for whether the four begin with a bin."""
     columns, rows = nearest.shape
@@ -59,7 +59,7 @@ def first_known(blocks: UInt8s2) -> UInt8s2:
     return known
 
 
-@borrowing
+@compiled
 def _mark_known(blocks: UInt8s2, beside: UInt8s, known: UInt8s2) -> None:
     """Fill in `first_known`. beside: [rows + 2] room for blocks of three columns."""
     columns, rows = blocks.shape
@@ -73,7 +73,7 @@ def _mark_known(blocks: UInt8s2, beside: UInt8s, known: UInt8s2) -> None:
             known[c, r] = WIDE if blocks[c, r] else told
 
 
-@borrowing
+@compiled
 def _adjoins(nearest: Floats2, blocks: UInt8s2, c: int, r: int) -> bool:
     """Whether a bin next to one that is in no block is in one, at about the same range."""
     columns, rows = nearest.shape
@@ -85,7 +85,7 @@ def _adjoins(nearest: Floats2, blocks: UInt8s2, c: int, r: int) -> bool:
     return False
 
 
-@borrowing
+@compiled
 def _is_lone(
     distance: float, fine: float, per_bin: Int32s2, nearest: Floats2, c: int, r: int
 ) -> bool:
@@ -130,7 +130,7 @@ def widths_of(directions: Directions, half_spacing: float, smallest: float) -> W
     return Widths(nearest, blocks, first_known(blocks), per_bin, half_spacing, fine)
 
 
-@borrowing
+@compiled
 def _count(bins: Int32s, counts: Int32s) -> None:
     for n in range(len(bins)):
         if bins[n] >= 0:
@@ -171,7 +171,7 @@ def returns_with_size(
     return Seen(placed[:m], radii[:m], sizes[:m], len(placed) - m)
 
 
-@borrowing
+@compiled
 def _note_sizes(
     placed: Floats2,
     distances: Floats,

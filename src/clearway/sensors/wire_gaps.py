@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2, Ints, Ints2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.remembered import BETWEEN, Boxes, box_key, empty_boxes, first_boxes
 from clearway.sensors.voxels import slot_of, table_bits
 
@@ -47,7 +47,7 @@ def filled_between(
     )
 
 
-@borrowing
+@compiled
 def _lay_between(middles: Floats2, pairs: Ints2, voxel: float, places: Floats2, keys: Ints) -> int:
     """Fill in places between the middles of pairs, no more than a voxel apart, and their voxels;
     how many there are."""
@@ -71,7 +71,7 @@ def _lay_between(middles: Floats2, pairs: Ints2, voxel: float, places: Floats2, 
     return total
 
 
-@borrowing
+@compiled
 def _note_taken(
     boxes: Boxes,
     middles: Floats2,
@@ -98,7 +98,7 @@ def _note_taken(
                 table.numbers[slot] = TAKEN
 
 
-@borrowing
+@compiled
 def _copy_all(boxes: Boxes, every: Boxes) -> None:
     """Fill in the first boxes, column by column."""
     for n in range(len(boxes.doubt)):
@@ -117,7 +117,7 @@ def _copy_all(boxes: Boxes, every: Boxes) -> None:
         every.level[n] = boxes.level[n]
 
 
-@borrowing
+@compiled
 def _put_between(
     places: Floats2,
     keys: Ints,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.sensors.remembered import BETWEEN, IN_LINE, Boxes, box_key, key_of
 from clearway.sensors.voxels import slot_of, table_bits
 from clearway.sensors.wire_gaps import filled_between
@@ -132,7 +132,7 @@ def _by_cell(middles: Floats2, thin: Bools, size: float) -> ThinBoxes:
     return cells
 
 
-@borrowing
+@compiled
 def _sort_into(middles: Floats2, thin: Bools, cells: ThinBoxes, slots: Ints, filled: Ints) -> None:
     """Fill in cells. slots: [boxes] room for the slot of each; filled: [slots] up to where each
     is."""
@@ -155,7 +155,7 @@ def _sort_into(middles: Floats2, thin: Bools, cells: ThinBoxes, slots: Ints, fil
                 cells.middle_m[axis, at] = middles[n, axis]
 
 
-@borrowing
+@compiled
 def _neighbours(middles: Floats2, n: int, cells: ThinBoxes, near: Ints) -> int:
     """How many thin boxes lie within the size of a cell of box n, written into `near`; -1 if as
     many as there is room for."""
@@ -184,7 +184,7 @@ def _neighbours(middles: Floats2, n: int, cells: ThinBoxes, near: Ints) -> int:
     return count
 
 
-@borrowing
+@compiled
 def _to_cell(at: float, step: int, size: float) -> float:
     """Distance along an axis from a place to the cell beside its own, or to its own."""
     into = at - np.floor(at / size) * size
@@ -225,7 +225,7 @@ def _line_through(
     return best
 
 
-@borrowing
+@compiled
 def _count_on(about: Floats2, count: int, ax: float, ay: float, az: float, deviation: float) -> int:
     """How many neighbours lie on a line along a direction."""
     on = 0
@@ -235,7 +235,7 @@ def _count_on(about: Floats2, count: int, ax: float, ay: float, az: float, devia
     return on
 
 
-@borrowing
+@compiled
 def _along(
     about: Floats2,
     count: int,

@@ -16,7 +16,6 @@ import numpy as np
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Progress, advanced, news_in_m
@@ -42,10 +41,10 @@ ROUNDING_M = 1e-4
 """More than rounding adds up to over the steps of a flight."""
 
 
-@keywords_beyond_two
 def simulate(
     system: Pilot[D],
     world: World,
+    *,
     lidars: Sequence[Lidar | Scanner],
     settings: SimulationSettings | None = None,
     on_decision: OnDecision[D] | None = None,

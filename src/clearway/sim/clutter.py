@@ -38,15 +38,19 @@ def _any_shape(rng: np.random.Generator, at: np.ndarray, name: str) -> Obstacle:
     attitude = rng.uniform([-np.pi, -0.5 * np.pi, -np.pi], [np.pi, 0.5 * np.pi, np.pi])
     kind = int(rng.integers(4))
     if kind == 0:
-        return Obstacle.ball(at, float(rng.uniform(0.5, 2.0)), name)
+        return Obstacle.ball(at, float(rng.uniform(0.5, 2.0)), name=name)
     if kind == 1:
         length, radius = float(rng.uniform(2.0, 10.0)), float(rng.uniform(0.15, 0.5))
-        return Obstacle.line(at, length, radius, attitude, name)
+        return Obstacle.line(at, length, radius_m=radius, orientation_rad=attitude, name=name)
     x, y, z = (float(size) for size in rng.uniform(1.0, 5.0, 3))
     if kind == 2:
-        return Obstacle.plane(at, (x, y), float(rng.uniform(0.1, 0.3)), attitude, name)
+        return Obstacle.plane(
+            at, (x, y), radius_m=float(rng.uniform(0.1, 0.3)), orientation_rad=attitude, name=name
+        )
     rounded = float(rng.choice([0.0, rng.uniform(0.1, 0.5)]))
-    return Obstacle.cuboid(at, (0.6 * x, 0.6 * y, 0.6 * z), rounded, attitude, name)
+    return Obstacle.cuboid(
+        at, (0.6 * x, 0.6 * y, 0.6 * z), radius_m=rounded, orientation_rad=attitude, name=name
+    )
 
 
 def nets(seed: int, gap_m: Span = NET_GAPS_M, thickness_m: float = NET_THICKNESS_M) -> MadeWorld:
@@ -76,5 +80,5 @@ def _net(rng: np.random.Generator, radius: float) -> list[Obstacle]:
         count = int(sides[1 - axis] / mesh) + 1
         for at in mesh * (np.arange(count) - 0.5 * (count - 1)):
             ends = [at * other + s * 0.5 * float(sides[axis]) * unit for s in (-1.0, 1.0)]
-            ropes.append(Obstacle.line_between(ends[0], ends[1], radius, "rope"))
+            ropes.append(Obstacle.line_between(ends[0], ends[1], radius_m=radius, name="rope"))
     return ropes

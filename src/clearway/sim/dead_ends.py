@@ -124,7 +124,11 @@ def closed_tube(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -
     for roll in 2.0 * np.pi * np.arange(PLANKS) / PLANKS:
         center = (0.5 * depth, -middle * np.sin(roll), middle * np.cos(roll))
         size = (depth, plank, WALL_M)
-        parts.append(Obstacle.cuboid(center, size, 0.0, (float(roll), 0.0, 0.0), "plank"))
+        parts.append(
+            Obstacle.cuboid(
+                center, size, radius_m=0.0, orientation_rad=(float(roll), 0.0, 0.0), name="plank"
+            )
+        )
     outer = width + 2.0 * WALL_M
     end = Obstacle.cuboid((depth + 0.5 * WALL_M, 0.0, 0.0), (WALL_M, outer, outer), name="end")
     return _on_the_way(f"closed-tube-{seed}", rng, [*parts, end], width, depth, tilted=True)

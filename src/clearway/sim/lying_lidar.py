@@ -23,13 +23,13 @@ Lie = Callable[[Lidar, State], Scan]
 
 def blind(lidar: Lidar, state: State) -> Scan:
     """No return, whatever is there: all seems free."""
-    return Scan(np.zeros((0, 3)), state.time_s, lidar.name)
+    return Scan(np.zeros((0, 3)), state.time_s, sensor=lidar.name)
 
 
 def ghost_wall(lidar: Lidar, state: State) -> Scan:
     """Every beam returns from half the range: a wall all over the field of view."""
     far = lidar.pattern.max_range_m
-    return Scan(GHOST_SHARE * far * lidar.pattern.directions, state.time_s, lidar.name)
+    return Scan(GHOST_SHARE * far * lidar.pattern.directions, state.time_s, sensor=lidar.name)
 
 
 LIES: Mapping[str, Lie] = MappingProxyType({"blind": blind, "ghost-wall": ghost_wall})

@@ -35,12 +35,12 @@ class TrueMotion:
     @property
     def state(self) -> State:
         """Where the vehicle truly is."""
-        return State(self.states[-1][:3], self.states[-1][3:], self.times[-1])
+        return State(self.states[-1][:3], self.states[-1][3:], time_s=self.times[-1])
 
     def at(self, time_s: float) -> State:
         """Where it truly was at the first step from a time on."""
         n = min(bisect_left(self.times, time_s - 1e-9), len(self.states) - 1)
-        return State(self.states[n][:3], self.states[n][3:], self.times[n])
+        return State(self.states[n][:3], self.states[n][3:], time_s=self.times[n])
 
     def fly(self, movement: Movement) -> Iterator[None]:
         """Execute one movement, step by step; whoever iterates may stop it in the middle."""

@@ -83,7 +83,7 @@ def nominal_state(mission: Mission, time_s: float, speed_mps: float) -> State:
             break
         left -= length
         place = end + left * course
-    return State(place, np.array([0.0, 0.0, np.arctan2(course[1], course[0])]), time_s)
+    return State(place, np.array([0.0, 0.0, np.arctan2(course[1], course[0])]), time_s=time_s)
 
 
 class AirTraffic(Protocol):
@@ -152,12 +152,12 @@ class Traffic:
                 Intruder(
                     flyer.position_m + settings.position_sigma_m * noise[0],
                     flyer.axis_mps + settings.velocity_sigma_mps * noise[1],
-                    flyer.spread_rad,
-                    flyer.radius_m,
-                    name,
-                    time_s,
-                    settings.position_sigma_m,
-                    settings.velocity_sigma_mps,
+                    spread_rad=flyer.spread_rad,
+                    radius_m=flyer.radius_m,
+                    name=name,
+                    time_s=time_s,
+                    position_std_m=settings.position_sigma_m,
+                    velocity_std_mps=settings.velocity_sigma_mps,
                 )
             )
         return reports
@@ -165,7 +165,7 @@ class Traffic:
     def bodies(self, time_s: float) -> list[Obstacle]:
         """Visible intruders as balls where they were at a time already flown."""
         return [
-            Obstacle.ball(self._place(name, time_s), flyer.radius_m, name)
+            Obstacle.ball(self._place(name, time_s), flyer.radius_m, name=name)
             for name, flyer in self._flying.items()
             if flyer.visible and self.tracks[name][0][0] <= time_s + 1e-9
         ]

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
-from clearway.base.positional import keywords_beyond_two
 from clearway.sim.faults import NO_FAULTS, Faults
 
 LARGEST_STEP_S = 0.05
 """Truth is never coarser than this."""
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True)
 class SimulationSettings:
     """What the simulated truth is like.
@@ -27,6 +25,7 @@ class SimulationSettings:
 
     seed: int = 0
     step_s: float = LARGEST_STEP_S
+    _: KW_ONLY
     scan_latency_s: float = 0.0
     """Age of a scan when it reaches the system."""
     state_noise_mps: float = 0.0

@@ -34,13 +34,13 @@ def leg(
     name: str, start: Sequence[float], end: Sequence[float], attitude: Sequence[float] = (0, 0, 0)
 ) -> Mission:
     """A mission from one place straight to another; attitude in radians."""
-    return Mission(name, State(np.array(start), np.array(attitude)), np.array([end]))
+    return Mission(name, State(np.array(start), np.array(attitude)), waypoints_m=np.array([end]))
 
 
 def upright(x: float, y: float, radius: float, name: str, height_m: float = TALL_M) -> Obstacle:
     """A pole around height 0."""
     low, high = np.array([x, y, -0.5 * height_m]), np.array([x, y, 0.5 * height_m])
-    return Obstacle.line_between(low, high, radius, name)
+    return Obstacle.line_between(low, high, radius_m=radius, name=name)
 
 
 def wall(start: Sequence[float], end: Sequence[float], name: str) -> Obstacle:

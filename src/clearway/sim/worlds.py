@@ -74,7 +74,7 @@ def ball_world(
     name = f"balls-{balls}-{seed}" if isinstance(balls, int) else f"ball-world-{seed}"
     mission = leg(name, (-spare, 0.0, 0.0), (length + spare, 0.0, 0.0))
     obstacles = [
-        Obstacle.ball(center, float(radius), f"ball {number}")
+        Obstacle.ball(center, float(radius), name=f"ball {number}")
         for number, (center, radius) in enumerate(zip(centers, radii, strict=True))
         if roomy(mission, center, float(radius), room_m)
     ]
@@ -124,7 +124,7 @@ def street(seed: int) -> MadeWorld:
     streets.append(Obstacle.cuboid((40.0, 40.0, -1.0), (200.0, 200.0, 2.0), name="ground"))
     places = np.column_stack([corners, np.full(4, STREET_HEIGHT_M)])
     start_state = State(places[0], np.array([0.0, 0.0, 0.5 * np.pi]))
-    return ObstacleMap(streets), Mission(f"street-{seed}", start_state, places[1:])
+    return ObstacleMap(streets), Mission(f"street-{seed}", start_state, waypoints_m=places[1:])
 
 
 def _blocks(rng: np.random.Generator) -> list[tuple[FloatArray, FloatArray]]:
@@ -166,7 +166,9 @@ def wires(seed: int) -> MadeWorld:
         for number, z in enumerate(rng.uniform(-3.0, 3.0, 3)):
             a, b = (np.array([*end, z]) for end in ends)
             radius = float(rng.uniform(0.01, 0.03))
-            obstacles.append(Obstacle.line_between(a, b, radius, f"wire {row} {number}"))
+            obstacles.append(
+                Obstacle.line_between(a, b, radius_m=radius, name=f"wire {row} {number}")
+            )
     return ObstacleMap(obstacles), leg(f"wires-{seed}", (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from clearway.base.brief import brief
 from clearway.base.checks import found, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, frozen_three
 
 _VECTORS = (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2))
@@ -33,7 +32,6 @@ def _frozen_spread(values: Any) -> FloatArray | None:
     return spread
 
 
-@keywords_beyond_two
 @dataclass(frozen=True, slots=True, eq=False)
 class Intruder:
     """One intruder at a time, flying straight on as far as is known (5.1).
@@ -52,6 +50,7 @@ class Intruder:
     """[3] at `time_s`."""
     velocity_mps: FloatArray
     """[3] zero for an intruder that hovers."""
+    _: KW_ONLY
     spread_rad: FloatArray = field(default_factory=lambda: np.zeros(2))
     """[2] horizontal and vertical half-angle of its uncertainty, each in [0, pi/2)."""
     radius_m: float = 0.0

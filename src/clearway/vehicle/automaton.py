@@ -7,7 +7,7 @@ which state, and predicts where it ends: exactly by the vehicle's model, or by a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy.typing as npt
 from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State, Trajectory
 from clearway.vehicle import abilities
 from clearway.vehicle.measured import PairTable
@@ -27,7 +26,6 @@ from clearway.vehicle.multirotor import MultirotorModel
 from clearway.vehicle.table import MovementTable
 
 
-@keywords_beyond_two
 @dataclass(frozen=True)
 class MovementAutomaton:
     """Movements, their limits and their predictor: (3.15), def. 12.
@@ -49,6 +47,7 @@ class MovementAutomaton:
 
     movements: tuple[Movement, ...]
     pitch_limit_rad: float | None = None
+    _: KW_ONLY
     vehicle: Vehicle = field(default_factory=PlaneModel)
     table: MovementTable | PairTable | None = None
     forbidden: frozenset[tuple[str, str]] = frozenset()
@@ -69,14 +68,13 @@ class MovementAutomaton:
             raise ClearwayError(f"forbidden transitions name unknown movements {sorted(unknown)}")
 
     @classmethod
-    @keywords_beyond_two
     def plane(
         cls,
         speed_mps: float = 1.0,
         turn_step_deg: float = 15.0,
+        *,
         duration_s: float = 1.0,
         pitch_limit_deg: float | None = 30.0,
-        *,
         diagonals: bool = True,
     ) -> MovementAutomaton:
         """The nine movements of section 4.3, or the five without diagonals."""
@@ -85,14 +83,13 @@ class MovementAutomaton:
         return cls(movements, limit)
 
     @classmethod
-    @keywords_beyond_two
     def multirotor(
         cls,
         speed_mps: float = 1.0,
         turn_step_deg: float = 15.0,
+        *,
         duration_s: float = 1.0,
         steepest_deg: float = 30.0,
-        *,
         climb_mps: float | None = None,
         spot_turn_deg: float = 45.0,
         slow_mps: Sequence[float] | None = None,
@@ -121,7 +118,7 @@ class MovementAutomaton:
             slow_mps,
             diagonals=diagonals,
         )
-        return cls(movements, 0.0, MultirotorModel())
+        return cls(movements, 0.0, vehicle=MultirotorModel())
 
     def __repr__(self) -> str:
         limit = self.pitch_limit_rad

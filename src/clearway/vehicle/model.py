@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled, read_only
+from clearway.base.compiled import compiled, read_only
 from clearway.base.frames import FloatArray
 
 StateTuple = tuple[float, float, float, float, float, float]
@@ -76,7 +76,7 @@ def plane_advance_each(
     return way
 
 
-@borrowing
+@compiled
 def _sinc(angle: float) -> float:
     """sin(a)/a, by its series where the quotient loses digits."""
     if abs(angle) < 1e-4:
@@ -84,7 +84,7 @@ def _sinc(angle: float) -> float:
     return float(np.sin(angle) / angle)
 
 
-@borrowing
+@compiled
 def plane_advance(
     state: StateTuple, inputs: tuple[float, float, float, float], duration_s: float
 ) -> StateTuple:

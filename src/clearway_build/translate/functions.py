@@ -9,8 +9,8 @@ from clearway_build.translate.kinds import Kinds, identifier
 from clearway_build.translate.program import Kernel, NotTranslatableError, Program
 from clearway_build.translate.scopes import part_for
 
-SMALL = 24
-"""Statements and operations below which a loop is written into whoever calls it."""
+SMALL = 120
+"""Nodes of the syntax tree."""
 
 
 class Function(Expressions):
@@ -48,8 +48,9 @@ class Function(Expressions):
         return f"{kind} {identifier(name)}" if by_value else f"const {kind}& {identifier(name)}"
 
     def _is_small(self) -> bool:
-        decorators = {ast.unparse(each) for each in self.kernel.tree.decorator_list}
-        return "inlined" in decorators
+        """Whether it is written into whoever calls it; the compiler decides about larger ones."""
+        nodes = [each for statement in self.kernel.tree.body for each in ast.walk(statement)]
+        return len(nodes) <= SMALL and not any(isinstance(n, ast.For | ast.While) for n in nodes)
 
     def _returns_arrays(self) -> bool:
         return "::" in self.returned and self.returned.replace("std::tuple", "").count("::") > 0

@@ -17,7 +17,6 @@ from typing import Any
 
 LIBRARIES = ("numpy", "math", "heapq")
 """Modules whose functions and constants loops may use."""
-DECORATORS = ("compiled", "borrowing", "inlined")
 
 
 class NotTranslatableError(Exception):
@@ -218,7 +217,7 @@ def _defined(statement: ast.stmt) -> Iterator[str]:
 
 def _is_kernel(statement: ast.stmt | None) -> bool:
     return isinstance(statement, ast.FunctionDef) and any(
-        isinstance(each, ast.Name) and each.id in DECORATORS for each in statement.decorator_list
+        isinstance(each, ast.Name) and each.id == "compiled" for each in statement.decorator_list
     )
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import BoolArray, IntArray
 from clearway.traffic.intruder import Intruder
@@ -284,7 +284,7 @@ def _levels(
     return of_heading, of_climb, of_speed
 
 
-@borrowing
+@compiled
 def _enters(
     x: float,
     y: float,

@@ -16,7 +16,7 @@ import numpy as np
 
 from clearway.avoidance.long_range.profiles import SECONDS, Profiles
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.traffic.growth import TwoKinds
@@ -242,7 +242,7 @@ def in_disc(apart: float, std: float, radius: float) -> float:
     return _across(std, radius) * in_slab(apart, std, radius)
 
 
-@borrowing
+@compiled
 def _across(std: float, radius: float) -> float:
     return math.erf(0.25 * math.pi * radius / (std * math.sqrt(2.0)))
 

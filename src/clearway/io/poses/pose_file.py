@@ -164,7 +164,7 @@ def _kitti(path: Path, rows: FloatArray) -> Poses:
     def pose(index: int, time_s: float) -> State | None:
         if index >= len(lidar):
             return None
-        return State(lidar[index, :3, 3], attitude[index], time_s)
+        return State(lidar[index, :3, 3], attitude[index], time_s=time_s)
 
     return Poses(pose, f"{len(lidar)} poses, one a scan", (f"{path}: {note}",))
 

@@ -54,11 +54,17 @@ class PoseTrack:
         position = (1.0 - share) * self.position_m[before] + share * self.position_m[after]
         turned = slerp(self.quaternion[before], self.quaternion[after], share)
         attitude = attitude_from_rotation(rotation_of(turned))
-        stds = (
+        position_std, attitude_std = (
             0.0 if std is None else float(max(std[before], std[after]))
             for std in (self.position_std_m, self.attitude_std_rad)
         )
-        return State(position, attitude, time_s, *stds)
+        return State(
+            position,
+            attitude,
+            time_s=time_s,
+            position_std_m=position_std,
+            attitude_std_rad=attitude_std,
+        )
 
 
 def pose_track(

@@ -89,7 +89,7 @@ def _pattern(sensor: Ouster, came: BoolArray, farthest_m: float) -> BeamPattern:
         f"{sensor.line} of its metadata, {rows} x {columns}"
         + ("" if came.all() else f", {np.count_nonzero(came)} columns came"),
         spherical[:, 1],
-        spherical[:, 2],
+        elevation_rad=spherical[:, 2],
         min_range_m=nearest,
         max_range_m=max(farthest, ROUNDED_UP * farthest_m),
         spacing_rad=max(2.0 * np.pi / columns, float(np.median(steps)) if len(steps) else 0.0),

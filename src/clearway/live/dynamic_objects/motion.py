@@ -41,12 +41,12 @@ class FittedMotion(NamedTuple):
         return Intruder(
             self.position_m,
             self.velocity_mps,
-            np.array([spread, spread]),
-            self.radius_m,
-            name,
-            self.time_s,
-            self.position_std_m,
-            self.velocity_std_mps,
+            spread_rad=np.array([spread, spread]),
+            radius_m=self.radius_m,
+            name=name,
+            time_s=self.time_s,
+            position_std_m=self.position_std_m,
+            velocity_std_mps=self.velocity_std_mps,
         )
 
 

@@ -28,7 +28,6 @@ from clearway.base.brief import one_line
 from clearway.base.checks import above_zero_problem, found
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
-from clearway.base.positional import keywords_beyond_two
 from clearway.base.state import State
 from clearway.live.explain import explanation
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
@@ -53,7 +52,6 @@ PASSES = "the wish keeps the margin and leaves a way out"
 NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 
 
-@keywords_beyond_two
 class Guardian:
     """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
 
@@ -83,6 +81,7 @@ class Guardian:
         self,
         planner: Planner,
         start: State,
+        *,
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
         limits: DataLimits | None = None,
@@ -112,7 +111,7 @@ class Guardian:
         self.hold_s, self.acceleration_mps2 = hold_s, acceleration_mps2
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
-        self._mission = Mission("guarded", start, ahead[None])
+        self._mission = Mission("guarded", start, waypoints_m=ahead[None])
         self._lidars = tuple(lidars)
         self._arguments: dict[str, Any] = {
             "tracker": tracker,
@@ -329,7 +328,9 @@ class Guardian:
         return decide(
             self.planner,
             self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
-            Commitment(passings=self._passings, way_out=held, had_certain=self._had_certain),
+            commitment=Commitment(
+                passings=self._passings, way_out=held, had_certain=self._had_certain
+            ),
         )
 
     def _threat(self, held: Held, around: Situation, now: float) -> bool:

@@ -53,7 +53,11 @@ class OwnMotion:
         if attitude is None:
             attitude = np.array([0.0, *self.direction(least_mps)])
         return State(
-            self.position_m, attitude, self.time_s, self.position_std_m, self.attitude_std_rad
+            self.position_m,
+            attitude,
+            time_s=self.time_s,
+            position_std_m=self.position_std_m,
+            attitude_std_rad=self.attitude_std_rad,
         )
 
 

@@ -23,7 +23,7 @@ def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> Move
     every = MovementAutomaton.multirotor(
         speed_mps,
         20.0,
-        duration_s,
+        duration_s=duration_s,
         steepest_deg=20.0,
         climb_mps=1.5,
         diagonals=False,
@@ -57,4 +57,4 @@ def aeroplane_movements(
                     climb_mps=climb,
                 )
 
-    return MovementAutomaton(tuple(all_movements()), 0.0, MultirotorModel())
+    return MovementAutomaton(tuple(all_movements()), 0.0, vehicle=MultirotorModel())

@@ -17,9 +17,6 @@ from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
 LOADED_APART = ("pyarrow.parquet",)
 META = "clearway_"
-ADDED = ("hidden",)
-"""Columns that results of 0.1.0 do not have."""
-NEEDED = tuple(name for name in COLUMNS if name not in ADDED)
 
 
 def need_parquet() -> None:
@@ -68,7 +65,7 @@ def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
             table = pq.read_table(path, use_threads=False)  # A forked process has none.
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
-    missing = [name for name in NEEDED if name not in table.column_names]
+    missing = [name for name in COLUMNS if name not in table.column_names]
     if missing:
         raise InputError(str(path), f"no results of a campaign: without {', '.join(missing)}")
     metadata: dict[bytes, bytes] = table.schema.metadata or {}
@@ -77,7 +74,7 @@ def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
         for key, value in metadata.items()
         if key.decode().startswith(META)
     }
-    rows = table.select([name for name in COLUMNS if name in table.column_names]).to_pylist()
+    rows = table.select(list(COLUMNS)).to_pylist()
     return [FlightRow(**row) for row in rows], settings
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Ints2, Ints3
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.studies.encounter_model.network import EncounterModel
@@ -69,7 +69,7 @@ def tables_of(model: EncounterModel) -> Tables:
     )
 
 
-@borrowing
+@compiled
 def stepped(
     nodes: Ints2,
     parents: Ints2,
@@ -101,7 +101,7 @@ def stepped(
             after[row, variable] = drawn
 
 
-@borrowing
+@compiled
 def flown_on(
     nodes: Ints2,
     parents: Ints2,

@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.avoidance.chord_distance import chord_distance
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.lattice import LatticePieces, build_lattice
@@ -143,7 +143,7 @@ def _sequence(automaton: MovementAutomaton, fronts: list[SearchFront]) -> tuple[
     return tuple(reversed(names))
 
 
-@borrowing
+@compiled
 def _chord_gap(
     start: Floats, end: Floats, start_s: float, end_s: float, opponent: Opponent
 ) -> float:

@@ -170,8 +170,8 @@ def fly_encounter(
     mission = Mission(
         f"encounter {encounter.seed}",
         State(np.zeros(3)),
-        np.array([[far_m, 0.0, 0.0]]),
-        REACH_RADIUS_M * scale,
+        waypoints_m=np.array([[far_m, 0.0, 0.0]]),
+        reach_radius_m=REACH_RADIUS_M * scale,
     )
     tracker = None
     if settings.noisy:
@@ -180,8 +180,8 @@ def fly_encounter(
     return simulate(
         pilot_named(planner, system, craft_at(scale)),
         ObstacleMap(),
-        (),
-        SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
+        lidars=(),
+        settings=SimulationSettings(seed=encounter.seed, time_limit_s=lasts_s),
         traffic=_traffic(encounter, settings, mission),
     )
 

@@ -104,8 +104,8 @@ def intruder_of_6_3(radius_m: float = BODY_RADIUS_M) -> Intruder:
     return Intruder(
         np.array([6.0, 8.0, 0.0]),
         np.array([0.0, -1.0, 0.0]),
-        np.array([math.pi / 12, math.pi / 16]),
-        radius_m,
+        spread_rad=np.array([math.pi / 12, math.pi / 16]),
+        radius_m=radius_m,
     )
 
 
@@ -113,7 +113,7 @@ def intruder_of_6_3(radius_m: float = BODY_RADIUS_M) -> Intruder:
 def reach_set_of_6_3() -> ReachSet:
     """The combined method with table 6.1's tuning, from level flight, pitch not limited."""
     automaton = MovementAutomaton.plane(SPEED_MPS, 15.0, pitch_limit_deg=None)
-    return build_reach_set(automaton, grid_of_6_3(), "combined", spread=8, harmonic=1)
+    return build_reach_set(automaton, grid_of_6_3(), method="combined", spread=8, harmonic=1)
 
 
 def model_cells(

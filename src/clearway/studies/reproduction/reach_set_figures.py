@@ -39,7 +39,9 @@ def reach_set_figures() -> tuple[Exhibit, ...]:
     """The three figures, on the grid and with the tuning of table 6.1."""
     grid = AvoidanceGrid.uniform(float(LAYERS), LAYERS)
     automaton = MovementAutomaton.plane(1.0, 15.0, pitch_limit_deg=None)
-    trees = {name: build_reach_set(automaton, grid, name, **tuning) for _, name, tuning in METHODS}
+    trees = {
+        name: build_reach_set(automaton, grid, method=name, **tuning) for _, name, tuning in METHODS
+    }
     coverage = {name: measure(tree) for name, tree in trees.items()}
     return tuple(
         Exhibit(

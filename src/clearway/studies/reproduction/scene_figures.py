@@ -83,7 +83,7 @@ def scan_of_ball(distance_m: float) -> Scanned:
     """Scan a ball on the axis with a raster of beams."""
     angles = np.radians(np.arange(-44.0, 45.0, STEP_DEG))
     lidar = Lidar("lidar", BeamPattern.from_angles(angles, angles, max_range_m=12.0))
-    grid = AvoidanceGrid.uniform(12.0, 6, 46.0, 1, 46.0, 1)
+    grid = AvoidanceGrid.uniform(12.0, 6, azimuth_deg=46.0, columns=1, elevation_deg=46.0, rows=1)
     world = ObstacleMap([Obstacle.ball([distance_m, 0.0, 0.0], BALL_M)])
     scan = simulate_scan(lidar, world, State(np.zeros(3)))
     area = np.pi * BALL_M**2

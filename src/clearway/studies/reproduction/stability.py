@@ -186,10 +186,12 @@ def approach(obstacles: tuple[Obstacle, ...], time_limit_s: float) -> LyapunovFl
     """Fly to the waypoint with sensors and settings of 6.4."""
     setup = flight_of("static-obstacles").setup
     world = ObstacleMap(obstacles)
-    mission = Mission("waypoint", State(np.zeros(3)), np.array([GOAL_M]), 1.5)
-    system = AvoidanceSystem(setup.planner, mission, setup.lidars)
+    mission = Mission(
+        "waypoint", State(np.zeros(3)), waypoints_m=np.array([GOAL_M]), reach_radius_m=1.5
+    )
+    system = AvoidanceSystem(setup.planner, mission, lidars=setup.lidars)
     settings = SimulationSettings(time_limit_s=time_limit_s)
-    run = simulate(system, world, setup.lidars, settings)
+    run = simulate(system, world, lidars=setup.lidars, settings=settings)
     return LyapunovFlight(
         run.time_s,
         run.states[:, :3],

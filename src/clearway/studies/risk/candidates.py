@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.studies.risk.cylinder import Cylinder
 
@@ -51,7 +51,7 @@ def wanted(outer: Cylinder, inner: tuple[Cylinder, ...], shares: tuple[float, ..
     )
 
 
-@borrowing
+@compiled
 def entered(entry: Floats, drift: Floats2, count: int, radius: Floats, half: Floats) -> int:
     """The first of the cylinders that a drift [n, 3] enters from a place [3] within its first
     `count` moments, straight between them; their number for none."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 
 
-@borrowing
+@compiled
 def advance(
     state: Floats,
     course: float,

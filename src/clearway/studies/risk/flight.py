@@ -24,8 +24,13 @@ from clearway.sim.pilot import Steering
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import ModelEncounter
 from clearway.studies.risk.long_flight import fly_long
-from clearway.studies.risk.settings import COLLISION, NEAR_COLLISION, WELL_CLEAR, RiskSettings
-from clearway.studies.risk.settings import STRAIGHT as STRAIGHT
+from clearway.studies.risk.settings import (
+    COLLISION,
+    NEAR_COLLISION,
+    STRAIGHT,
+    WELL_CLEAR,
+    RiskSettings,
+)
 from clearway.traffic import Intruder
 from clearway.traffic.volumes.named import SMALL_WELL_CLEAR
 from clearway.vehicle.automaton import MovementAutomaton
@@ -65,10 +70,21 @@ def craft_of(settings: RiskSettings) -> Craft:
     """The ownship in the stretched world."""
     turn_deg = settings.turn_deg_per_s * settings.movement_s
     automaton = MovementAutomaton.plane(
-        settings.own_mps, turn_deg, settings.movement_s, settings.pitch_limit_deg
+        settings.own_mps,
+        turn_deg,
+        duration_s=settings.movement_s,
+        pitch_limit_deg=settings.pitch_limit_deg,
     )
     range_m = settings.range_movements * settings.own_mps * settings.movement_s
-    grid = AvoidanceGrid.uniform(range_m, settings.range_movements, *VIEW)
+    azimuth_deg, columns, elevation_deg, rows = VIEW
+    grid = AvoidanceGrid.uniform(
+        range_m,
+        settings.range_movements,
+        azimuth_deg=azimuth_deg,
+        columns=columns,
+        elevation_deg=elevation_deg,
+        rows=rows,
+    )
     library = ReachLibrary.load_or_build(automaton, grid)
     planner = Planner.of(
         library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m)
@@ -133,17 +149,19 @@ def fly(
     mission = Mission(
         f"encounter {encounter.number}",
         State(np.zeros(3)),
-        np.array([[far_m, 0.0, 0.0]]),
-        reach_m,
+        waypoints_m=np.array([[far_m, 0.0, 0.0]]),
+        reach_radius_m=reach_m,
     )
     system = AvoidanceSystem(craft.planner, mission, address="ownship")
     return simulate(
         pilot_named(planner, system, craft),
         ObstacleMap(),
-        (),
-        SimulationSettings(seed=encounter.number, step_s=STEP_S, time_limit_s=encounter.lasts_s),
-        on_decision,
-        EncounterTraffic(encounter, settings),
+        lidars=(),
+        settings=SimulationSettings(
+            seed=encounter.number, step_s=STEP_S, time_limit_s=encounter.lasts_s
+        ),
+        on_decision=on_decision,
+        traffic=EncounterTraffic(encounter, settings),
     )
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.units import FOOT_M
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.dynamics import advance
@@ -86,7 +86,7 @@ def _heard_s(encounter: ModelEncounter, settings: RiskSettings) -> float:
     return math.inf
 
 
-@borrowing
+@compiled
 def _any_keeps(
     start: Floats,
     state: Floats,
@@ -122,7 +122,7 @@ def _any_keeps(
     return False
 
 
-@borrowing
+@compiled
 def _keeps(
     start: Floats,
     state: Floats,

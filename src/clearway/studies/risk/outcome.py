@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from clearway.studies.risk.flight import STRAIGHT, Separation
+from clearway.studies.risk.flight import Separation
+from clearway.studies.risk.settings import STRAIGHT
 
 
 @dataclass(frozen=True, slots=True)

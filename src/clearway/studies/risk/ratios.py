@@ -17,8 +17,8 @@ from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
 from clearway.base.state import BoolArray
-from clearway.studies.risk.flight import STRAIGHT
 from clearway.studies.risk.outcome import RiskOutcome
+from clearway.studies.risk.settings import STRAIGHT
 from clearway.studies.risk.study import RiskStudy
 
 MEASURES = {

@@ -13,10 +13,10 @@ from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.figures.risk import EncounterTracks
 from clearway.studies.risk.encounter import ModelEncounter, draw_encounter
-from clearway.studies.risk.flight import STEP_S, STRAIGHT, Separation, fly, separation, true_path_m
+from clearway.studies.risk.flight import STEP_S, Separation, fly, separation, true_path_m
 from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.long_planners import Steer
-from clearway.studies.risk.settings import RiskSettings
+from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 
 
 @dataclass(frozen=True, eq=False)

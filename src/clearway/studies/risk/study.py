@@ -11,11 +11,11 @@ from clearway.sim.baselines import PLANNERS, REPORTED_TRAFFIC
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.processes import in_processes
 from clearway.studies.risk.encounter import draw_encounter
-from clearway.studies.risk.flight import STRAIGHT, craft_of, separation_of
+from clearway.studies.risk.flight import craft_of, separation_of
 from clearway.studies.risk.journal import RiskJournal
 from clearway.studies.risk.long_planners import LONG_PLANNERS
 from clearway.studies.risk.outcome import RiskOutcome
-from clearway.studies.risk.settings import RiskSettings
+from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 
 CHUNK = 10
 """Encounters that a process flies at a time."""

@@ -12,7 +12,6 @@ from clearway.base.provenance import provenance, sha256_of
 from clearway.base.verdict import DemandVerdict, at_most, worst_of
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
-from clearway.studies.risk.flight import STRAIGHT
 from clearway.studies.risk.long_flight import surveillance_of
 from clearway.studies.risk.ratios import (
     LIMITS,
@@ -26,7 +25,7 @@ from clearway.studies.risk.ratios import (
     risk,
     worst_cases,
 )
-from clearway.studies.risk.settings import RiskSettings
+from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 from clearway.studies.risk.study import RiskStudy
 
 TOLD = {

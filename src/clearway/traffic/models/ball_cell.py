@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2, Floats3, Floats4, Ints3
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.traffic.models.borders import (
@@ -111,7 +111,7 @@ def _bounds(grid: AvoidanceGrid) -> FloatArray:
     return bounds
 
 
-@borrowing
+@compiled
 def cell_distance(x: float, y: float, z: float, i: int, j: int, k: int, borders: Borders) -> float:
     """Distance of a point from a cell, 0 inside; exact.
 
@@ -141,7 +141,7 @@ def cell_distance(x: float, y: float, z: float, i: int, j: int, k: int, borders:
     return math.sqrt(max(0.0, square))
 
 
-@borrowing
+@compiled
 def filled_share(
     x: float,
     y: float,
@@ -198,7 +198,7 @@ def filled_share(
     return total, rate
 
 
-@borrowing
+@compiled
 def _cut_box(depth: float, a: float, b: float, c: float) -> tuple[float, float]:
     """Share of a box on one side of a plane, and its derivative by the depth of its centre.
 

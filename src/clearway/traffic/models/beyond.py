@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
 from clearway.traffic.models.borders import AZIMUTH, ELEVATION, RANGE, Borders
 
 
-@borrowing
+@compiled
 def ball_around(borders: Borders) -> tuple[float, float]:
     """The smallest ball around all cells: how far ahead of the origin its middle is, and its
     radius; metres."""
@@ -29,7 +29,7 @@ def ball_around(borders: Borders) -> tuple[float, float]:
     return through_corners, through_corners
 
 
-@borrowing
+@compiled
 def passes_by(
     apex: Floats, velocity: Floats, tangent: float, middle_m: float, radius_m: float
 ) -> bool:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.ball_cell import (
@@ -128,7 +128,7 @@ def _bodies(
             arrays.dwell_s[n, cell] = dwell / speed
 
 
-@borrowing
+@compiled
 def _share(
     ball: Ball, s: float, place: tuple[int, int, int], parts: CellParts
 ) -> tuple[float, float]:
@@ -137,7 +137,7 @@ def _share(
     return filled_share(x, y, z, ball.radius, (ball.ux, ball.uy, ball.uz), place, parts)
 
 
-@borrowing
+@compiled
 def _largest_share(
     ball: Ball,
     entry: float,
@@ -176,7 +176,7 @@ def _largest_share(
     return max(at_once, best, _climb(ball, a, s, b, rate, search, place, parts))
 
 
-@borrowing
+@compiled
 def _climb(
     ball: Ball,
     a: float,

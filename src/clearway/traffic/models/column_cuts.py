@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -37,7 +37,7 @@ from clearway.traffic.models.half_lines import (
 )
 
 
-@borrowing
+@compiled
 def cut_by_planes(lines: HalfLines, many: int, borders: Borders) -> None:
     """Fill in where the first so many cross each azimuth: it only rises, or only falls, by less
     than pi in all."""
@@ -60,12 +60,12 @@ def cut_by_planes(lines: HalfLines, many: int, borders: Borders) -> None:
         _cut_by_plane(told, cosine, sine, many, lines.planes[j])
 
 
-@inlined
+@compiled
 def _half_planes(borders: Borders) -> int:
     return borders.columns if borders.full_circle else borders.columns + 1
 
 
-@borrowing
+@compiled
 def _cut_by_plane(told: Floats2, cosine: float, sine: float, many: int, cuts: Floats) -> None:
     """Crossed leftwards by lines that turn left, or rightwards by those that turn right: the other
     half of the same plane is crossed the other way."""
@@ -78,7 +78,7 @@ def _cut_by_plane(told: Floats2, cosine: float, sine: float, many: int, cuts: Fl
         cuts[n] = cut if crossed else np.inf
 
 
-@inlined
+@compiled
 def column_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> int:
     """List the cuts of one line in order, from the second on, and the columns from each on."""
     told = lines.told
@@ -102,7 +102,7 @@ def column_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces
     return count
 
 
-@inlined
+@compiled
 def _in_order(planes: Floats2, n: int, left: bool, borders: Borders, out: TraversalPieces) -> int:
     """No branch asks which planes are crossed: what is not to be listed is written over."""
     times, places, columns = out.times, out.places, borders.columns
@@ -125,7 +125,7 @@ def _in_order(planes: Floats2, n: int, left: bool, borders: Borders, out: Traver
     return count
 
 
-@borrowing
+@compiled
 def _sort(count: int, out: TraversalPieces) -> None:
     """Edges come in order of azimuth, which is the line's unless that passes behind."""
     times, places = out.times, out.places
@@ -138,7 +138,7 @@ def _sort(count: int, out: TraversalPieces) -> None:
         times[COLUMN_CUT, at], places[COLUMN, at] = cut, place
 
 
-@borrowing
+@compiled
 def _cuts_through_axis(told: Floats2, n: int, borders: Borders, out: TraversalPieces) -> int:
     """A line in one vertical plane with the z axis: the azimuth turns round where it meets it."""
     cx, cy, ux, uy = told[NEAR_X, n], told[NEAR_Y, n], told[ALONG_X, n], told[ALONG_Y, n]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.traffic.models.borders import (
     AZIMUTH_COS,
     AZIMUTH_SIN,
@@ -46,7 +46,7 @@ def cone_of(apex: Floats, along: Floats, level: Floats, across: Floats) -> Float
     return cone
 
 
-@borrowing
+@compiled
 def arrival_at(x: float, y: float, z: float, cone: Floats2) -> tuple[float, float, float]:
     """Time of arrival at a point and its deviations, level and across, all in seconds."""
     return (
@@ -56,7 +56,7 @@ def arrival_at(x: float, y: float, z: float, cone: Floats2) -> tuple[float, floa
     )
 
 
-@borrowing
+@compiled
 def is_inside(time: float, level: float, across: float) -> bool:
     return time >= 0.0 and level * level + across * across <= time * time
 
@@ -79,7 +79,7 @@ def corners_of(borders: Borders) -> Corners:
     return Corners(place, np.empty((3, count)), np.empty(count, dtype=np.int64))
 
 
-@borrowing
+@compiled
 def arrive(cone: Floats2, corners: Corners) -> None:
     """Fill in when a cone arrives at each corner and on which side of it that lies; no branch
     asks, so that the machine takes several at a time."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats2
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.base.grid import interval_of
 from clearway.traffic.models.borders import (
     AZIMUTH,
@@ -28,7 +28,7 @@ from clearway.traffic.models.borders import (
 from clearway.traffic.models.cone_corners import INSIDE, Corners, arrival_at, arrive, is_inside
 
 
-@inlined
+@compiled
 def _arrival_on_edge(
     place: tuple[int, int, int], along: int, part: float, cone: Floats2, borders: Borders
 ) -> tuple[float, float, float]:
@@ -50,7 +50,7 @@ def _arrival_on_edge(
     return arrival_at(level * azimuth_cos, level * azimuth_sin, r * elevation_sin, cone)
 
 
-@inlined
+@compiled
 def _widen(
     time: float,
     place: tuple[int, int, int],
@@ -75,7 +75,7 @@ def _widen(
                     times[cell, LEAVE] = max(times[cell, LEAVE], time)
 
 
-@borrowing
+@compiled
 def widen_by_edges(
     cone: Floats2, borders: Borders, corners: Corners, tolerance: float, times: Floats2
 ) -> None:
@@ -103,7 +103,7 @@ def widen_by_edges(
                         )
 
 
-@borrowing
+@compiled
 def _met_box(borders: Borders, times: Floats2) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     """Lowest and highest edge of layer, column and row around all met cells."""
     low_i, low_j, low_k = borders.layers, borders.columns, borders.rows
@@ -120,7 +120,7 @@ def _met_box(borders: Borders, times: Floats2) -> tuple[tuple[int, int, int], tu
     return (low_i, low_j, low_k), (high_i, high_j, high_k)
 
 
-@inlined
+@compiled
 def _widen_edge(
     place: tuple[int, int, int],
     ends: tuple[int, int],
@@ -162,7 +162,7 @@ def _widen_edge(
     _widen_by_cut(place, along, inner, outer, part, cone, borders, tolerance, times)
 
 
-@borrowing
+@compiled
 def _widen_by_cut(
     place: tuple[int, int, int],
     along: int,
@@ -193,7 +193,7 @@ def _widen_by_cut(
     _widen(time, place, (along != 0, along != 1, along != 2), borders, times)
 
 
-@borrowing
+@compiled
 def widen_by_turns(cone: Floats2, borders: Borders, times: Floats2) -> None:
     """Widen times by where the time of arrival turns on an edge or on a sphere."""
     table = borders.table
@@ -223,7 +223,7 @@ def widen_by_turns(cone: Floats2, borders: Borders, times: Floats2) -> None:
                 _widen_turn((azimuths[j], turn), (j, row), (True, False), cone, borders, times)
 
 
-@borrowing
+@compiled
 def _widen_turn(
     direction: tuple[float, float],
     place: tuple[int, int],

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.traffic.models.ball_cell import cell_distance
 from clearway.traffic.models.borders import Borders
 
@@ -30,7 +30,7 @@ class Ball(NamedTuple):
     radius: float
 
 
-@borrowing
+@compiled
 def window(ball: Ball, center: Floats2, cell: int, bound: float) -> tuple[float, float]:
     """Lengths between which the ball may touch a cell, by the ball around that; empty if none."""
     x, y, z = center[cell, 0] - ball.x, center[cell, 1] - ball.y, center[cell, 2] - ball.z
@@ -44,7 +44,7 @@ def window(ball: Ball, center: Floats2, cell: int, bound: float) -> tuple[float,
     return max(0.0, ahead - half), ahead + half
 
 
-@borrowing
+@compiled
 def _gap(ball: Ball, s: float, place: tuple[int, int, int], borders: Borders) -> float:
     """Distance of the ball's surface from a cell after a length; negative if it overlaps it.
 
@@ -55,7 +55,7 @@ def _gap(ball: Ball, s: float, place: tuple[int, int, int], borders: Borders) ->
     return cell_distance(x, y, z, i, j, k, borders) - ball.radius + borders.tolerance_m
 
 
-@borrowing
+@compiled
 def contact(
     ball: Ball, low: float, high: float, place: tuple[int, int, int], borders: Borders
 ) -> tuple[float, float, float]:
@@ -91,7 +91,7 @@ def contact(
     return first, last, total
 
 
-@borrowing
+@compiled
 def _root(
     ball: Ball,
     a: float,
@@ -115,7 +115,7 @@ def _root(
     return b
 
 
-@borrowing
+@compiled
 def _between(
     ball: Ball,
     a: float,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats2
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.traffic.models.borders import RANGE, Borders
 
 BUNCH = 64
@@ -61,7 +61,7 @@ def room_for_lines(borders: Borders) -> HalfLines:
     )
 
 
-@borrowing
+@compiled
 def measure(lines: HalfLines, many: int, borders: Borders) -> None:
     """Work out of the first so many what only the grid's range bounds."""
     told, outer = lines.told, borders.table[RANGE, borders.layers]
@@ -84,7 +84,7 @@ def measure(lines: HalfLines, many: int, borders: Borders) -> None:
         told[END, n] = end if (speed > 0.0) & (inside2 > shallow) else -np.inf
 
 
-@inlined
+@compiled
 def tell(
     lines: HalfLines,
     n: int,

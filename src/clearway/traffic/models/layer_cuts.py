@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.traffic.models.borders import LAYER, LAYER_CUT, RANGE, Borders, TraversalPieces
 from clearway.traffic.models.half_lines import NEAR2, HalfLines
 
 
-@borrowing
+@compiled
 def cut_by_spheres(lines: HalfLines, many: int, borders: Borders) -> None:
     """Fill in half the chords of the first so many in each sphere."""
     for i in range(borders.layers):
@@ -22,14 +22,14 @@ def cut_by_spheres(lines: HalfLines, many: int, borders: Borders) -> None:
         )
 
 
-@borrowing
+@compiled
 def _cut_by_sphere(told: Floats2, radius: float, tolerance: float, many: int, cuts: Floats) -> None:
     for n in range(many):
         depth2 = radius * radius - told[NEAR2, n]
         cuts[n] = np.sqrt(depth2) if depth2 > 2.0 * radius * tolerance else np.inf
 
 
-@inlined
+@compiled
 def layer_cuts(
     spheres: Floats2, n: int, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:

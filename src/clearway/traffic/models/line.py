@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.borders import (
@@ -69,7 +69,7 @@ def _lines(
             _follow(n, m, position[n], velocity[n], borders, edges, lines, pieces, arrays)
 
 
-@borrowing
+@compiled
 def follow_line(
     n: int,
     position: Floats,
@@ -92,7 +92,7 @@ def follow_line(
     _follow(n, 0, position, velocity, borders, edges, lines, pieces, arrays)
 
 
-@borrowing
+@compiled
 def _follow(
     n: int,
     m: int,
@@ -118,7 +118,7 @@ def _follow(
         arrays.dwell_s[n, cell] += leave - entry
 
 
-@borrowing
+@compiled
 def stay(n: int, cell: int, arrays: ModelArrays) -> None:
     """An intruder that stands still is in its cell, if that is in the grid, for ever."""
     if cell >= 0:

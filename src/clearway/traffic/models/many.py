@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
-from clearway.base.compiled import borrowing, compiled, read_only, sealed
+from clearway.base.compiled import compiled, read_only, sealed
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
@@ -217,7 +217,7 @@ def _balls(
     return radius, growth
 
 
-@borrowing
+@compiled
 def _speed(velocity: Floats2, n: int) -> float:
     vx, vy, vz = velocity[n, 0], velocity[n, 1], velocity[n, 2]
     return float(np.sqrt(vx * vx + vy * vy + vz * vz))

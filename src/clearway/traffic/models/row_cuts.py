@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.base.grid import BORDER_TOLERANCE, interval_of
 from clearway.traffic.models.borders import (
     ELEVATION,
@@ -44,7 +44,7 @@ UNSURE = 1e6
 """More rows than any grid has."""
 
 
-@borrowing
+@compiled
 def cut_by_cones(lines: HalfLines, many: int, borders: Borders) -> None:
     """Fill in where the first so many cross each elevation before theirs turns, and after."""
     told = lines.told
@@ -79,7 +79,7 @@ def cut_by_cones(lines: HalfLines, many: int, borders: Borders) -> None:
             told[MIDDLE_ROW, n] = row - UNSURE if abs(above) < SURE else row
 
 
-@borrowing
+@compiled
 def _cut_by_cone(
     told: Floats2, sine: float, slack: float, many: int, first: Floats, then: Floats
 ) -> None:
@@ -102,7 +102,7 @@ def _cut_by_cone(
         then[n] = min(max(cut, start), end) if crossed & (beyond > touched) else np.inf
 
 
-@inlined
+@compiled
 def row_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> int:
     """List the cuts of one line in order, from the second on, and the rows from each on."""
     told = lines.told
@@ -125,7 +125,7 @@ def row_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -
     return count
 
 
-@borrowing
+@compiled
 def _middle_row(told: Floats2, n: int, borders: Borders) -> int:
     """Row of the middle of a line that crosses no cone, by the grid's own rule."""
     middle = 0.5 * (told[START, n] + told[END, n])
@@ -134,7 +134,7 @@ def _middle_row(told: Floats2, n: int, borders: Borders) -> int:
     return interval_of(np.arctan2(height, level), borders.table[ELEVATION, : borders.rows + 1])
 
 
-@inlined
+@compiled
 def _in_order(
     cuts: Floats2, n: int, rising: bool, count: int, borders: Borders, out: TraversalPieces
 ) -> int:
@@ -150,7 +150,7 @@ def _in_order(
     return int(np.int64(at))
 
 
-@borrowing
+@compiled
 def _cuts_through_origin(
     uz: float, start: float, end: float, borders: Borders, out: TraversalPieces
 ) -> int:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled, inlined
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point
 from clearway.traffic.intruder import Intruder
@@ -219,7 +219,7 @@ def _weights(sine_wide: float, sine_narrow: float, nodes: DiscNodes) -> Floats:
     return weights
 
 
-@borrowing
+@compiled
 def _trace_rays(
     apex: Floats,
     velocity: Floats,
@@ -247,7 +247,7 @@ def _trace_rays(
             _sum_up(first + n, n, weights[first + n], borders, lines, pieces, sums)
 
 
-@inlined
+@compiled
 def _sum_up(
     ray: int,
     n: int,
@@ -274,7 +274,7 @@ def _sum_up(
             sums[at, MEETING] += weight
 
 
-@borrowing
+@compiled
 def _average(n: int, sums: Floats2, arrays: ModelArrays, meeting: Floats2) -> None:
     """(5.23): the mean over the hull; cells that only rays of the ring touch are not met."""
     for cell in range(len(sums) - 1):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.compiled import borrowing, inlined
+from clearway.base.compiled import compiled
 from clearway.traffic.models.borders import (
     CELL,
     COLUMN,
@@ -59,7 +59,7 @@ class Walk(NamedTuple):
     """When it is there."""
 
 
-@borrowing
+@compiled
 def cut(lines: HalfLines, many: int, borders: Borders) -> None:
     """Work out all crossings of the first so many of a bunch that have been told."""
     measure(lines, many, borders)
@@ -68,7 +68,7 @@ def cut(lines: HalfLines, many: int, borders: Borders) -> None:
     cut_by_spheres(lines, many, borders)
 
 
-@borrowing
+@compiled
 def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> int:
     """Cells that one of a bunch passes, in order: (5.7), (5.8), (5.9).
 
@@ -88,7 +88,7 @@ def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) 
     return count
 
 
-@inlined
+@compiled
 def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> tuple[Walk, float]:
     """List the cuts of one line that has been cut; where it is followed from, and to (m)."""
     told = lines.told
@@ -114,7 +114,7 @@ def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> t
     return Walk(first, j, k, cell, wall, start, start_s), end
 
 
-@inlined
+@compiled
 def _between_walls(
     start: float, end: float, columns: int, rows: int, out: TraversalPieces
 ) -> tuple[float, float]:
@@ -138,7 +138,7 @@ def _between_walls(
     return first, end
 
 
-@inlined
+@compiled
 def _column_and_row(
     j: np.uint64, k: np.uint64, borders: Borders, out: TraversalPieces
 ) -> tuple[int, float]:
@@ -150,7 +150,7 @@ def _column_and_row(
     return cell, min(out.times[COLUMN_CUT, j + ONE], out.times[ROW_CUT, k + ONE])
 
 
-@inlined
+@compiled
 def step(
     walk: Walk, passed: float, speed: float, borders: Borders, out: TraversalPieces
 ) -> tuple[int, Walk]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
-from clearway.base.compiled import borrowing, compiled
+from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges
 from clearway.traffic.intruder import Intruder
 from clearway.traffic.models.borders import (
@@ -106,7 +106,7 @@ def _tubes(
                 arrays.dwell_s[n, cell] = arrays.leave_s[n, cell] - arrays.entry_s[n, cell]
 
 
-@borrowing
+@compiled
 def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) -> None:
     if arrays.probability[n, cell] == 0.0:
         arrays.probability[n, cell] = 1.0
@@ -116,7 +116,7 @@ def _meet(n: int, cell: int, entry: float, leave: float, arrays: ModelArrays) ->
     arrays.leave_s[n, cell] = max(arrays.leave_s[n, cell], leave)
 
 
-@borrowing
+@compiled
 def _follow_paths(
     n: int,
     position: Floats,
@@ -147,7 +147,7 @@ def _follow_paths(
                 _meet(n, pieces.places[CELL, piece], entry, leave, arrays)
 
 
-@borrowing
+@compiled
 def _follow_corners(
     n: int,
     position: Floats,

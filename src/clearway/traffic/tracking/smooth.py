@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Floats
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.traffic.surveillance.heard import HeardOf
 
@@ -124,7 +124,7 @@ def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
 _NONE_MPS = np.zeros(3)
 
 
-@borrowing
+@compiled
 def _followed(
     before: Floats,
     before_level: Floats,
@@ -173,7 +173,7 @@ def _followed(
     return rate_rps
 
 
-@borrowing
+@compiled
 def _grown(spread: Floats, elapsed: float, push: float) -> tuple[float, float, float]:
     place, both, rate = spread[0], spread[1], spread[2]
     return (

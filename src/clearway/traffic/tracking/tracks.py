@@ -151,8 +151,8 @@ class Track:
         return Intruder(
             self.mean[:3],
             self.mean[3:],
-            self.spread_rad,
-            self.radius_m,
+            spread_rad=self.spread_rad,
+            radius_m=self.radius_m,
             name=self._name,
             time_s=self.time_s,
             position_std_m=self.position_std_m,

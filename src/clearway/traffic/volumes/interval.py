@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from clearway.base.compiled import borrowing
+from clearway.base.compiled import compiled
 
 NEVER = math.inf
 """Entry time of what never enters."""
 
 
-@borrowing
+@compiled
 def level_interval(
     x: float,
     y: float,
@@ -50,7 +50,7 @@ def level_interval(
     return enters, leaves
 
 
-@borrowing
+@compiled
 def height_interval(z: float, vz: float, half_height: float) -> tuple[float, float]:
     """(in, out) of the vertical part on the whole time line, (inf, -inf) for never."""
     if abs(vz) < 1e-9:
@@ -59,7 +59,7 @@ def height_interval(z: float, vz: float, half_height: float) -> tuple[float, flo
     return min(one, other), max(one, other)
 
 
-@borrowing
+@compiled
 def shared_interval(
     x: float,
     y: float,

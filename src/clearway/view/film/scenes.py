@@ -97,10 +97,10 @@ def _obstacle(shape: dict[str, Any]) -> Obstacle:
     return Obstacle(
         shape["shape"],
         np.array(shape["position_m"]),
-        np.array(shape["orientation_rad"]),
-        tuple(shape["size_m"]),
-        float(shape["radius_m"]),
-        shape["name"],
+        orientation_rad=np.array(shape["orientation_rad"]),
+        size_m=tuple(shape["size_m"]),
+        radius_m=float(shape["radius_m"]),
+        name=shape["name"],
     )
 
 

@@ -38,7 +38,7 @@ def pack(recording: Recording) -> bytes:
     head: dict[str, Any] = {
         "mission": recording.mission,
         "quantities": _quantities(recording),
-        "movement_names": [one.get("movement_names") for one in recording.reach_sets],
+        "movement_names": [one["movement_names"] for one in recording.reach_sets],
         "flags": list(CELL_FLAGS),
     }
     _pack_states(recording, blocks)
@@ -121,7 +121,7 @@ def _pack_cells(recording: Recording, blocks: dict[str, Array]) -> None:
 
 
 def _quantities(recording: Recording) -> list[str]:
-    """What the run tells of cells: it may be of a version with other ratings, or have an own one.
+    """What the run tells of cells; a rating may be the user's own.
 
     In the order of the page's choice, ratings together.
     """
@@ -142,8 +142,7 @@ def _pack_reach(recording: Recording, blocks: dict[str, Array]) -> None:
     for number, one in enumerate(recording.reach_sets):
         nodes = len(one["parent"])
         blocks[f"parent{number}"] = np.array(one["parent"], dtype=np.int32)
-        if "movement" in one:  # Runs of 0.1.0 do not tell them.
-            blocks[f"movement{number}"] = np.array(one["movement"], dtype=np.uint16)
+        blocks[f"movement{number}"] = np.array(one["movement"], dtype=np.uint16)
         blocks[f"complete{number}"] = np.array(one["complete"], dtype=np.uint8)
         blocks[f"samples{number}"] = (
             np.array(one["samples_mm"], dtype=np.float32).reshape(nodes, one["samples"], 3) / 1e3

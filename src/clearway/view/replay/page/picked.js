@@ -87,9 +87,9 @@ class Picked {
   trajectory(node, decision) {
     const { run } = this, tree = run.treeOf(decision), made = run.decisions[decision];
     const nodes = tree.nodesTo(node), rating = run.ratingsOf(decision)[node];
-    const names = tree.names && tree.movement ? nodes.map((one) => tree.names[tree.movement[one]]) : null;
+    const names = nodes.map((one) => tree.names[tree.movement[one]]);
     const end = tree.legOf(node).at(-1), taken = node === run.chosenOf(decision);
-    const parts = [element("p", names ? inWords(names) : `${nodes.length} movements`), list([
+    const parts = [element("p", inWords(names)), list([
       ["rating P_R", `${SHARE(rating)} of ${run.mission.threshold} asked`],
       ["ends", tree.complete[node] ? `at the border of the grid, ${figure(norm(end), "m")} away` : "under way"],
     ]), element("h2", taken ? "Taken" : "Why not this one"),
@@ -104,7 +104,7 @@ class Picked {
 
   whyNot(node, names, made, rating, tree) {
     if (!tree.complete[node]) return "It ends under way: longer trajectories of the set go on from here.";
-    const same = names && made.ruled_out?.find((one) => one.movements.join() === names.join());
+    const same = made.ruled_out?.find((one) => one.movements.join() === names.join());
     if (same) {
       return `Ruled out by ${same.cause}: ${figure(same.clearance_m, "m")} clear where `
         + `${figure(made.margin_asked_m, "m")} are asked; it would have cost ${figure(same.cost_m, "m", 1)}, `

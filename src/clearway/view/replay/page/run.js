@@ -113,7 +113,7 @@ class Run {
     const place = (node, at) => [...samples.subarray(3 * (node * pieces + at), 3 * (node * pieces + at) + 3)];
     return {
       parent, complete: blocks[`complete${number}`],
-      names: this.movement_names?.[number], movement: blocks[`movement${number}`],
+      names: this.movement_names[number], movement: blocks[`movement${number}`],
       legOf: (node) => [parent[node] < 0 ? [0, 0, 0] : place(parent[node], pieces - 1),
         ...Array.from({ length: pieces }, (_, at) => place(node, at))],
       nodesTo: (node) => {
