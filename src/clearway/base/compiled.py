@@ -30,7 +30,7 @@ def compiled(function: Function) -> Function:
     if CORE == "numba":
         numba: Any = import_module("numba")
         return cast(Function, numba.njit(error_model="numpy")(function))
-    return cast(Function, compiled_loop(f"{function.__module__}.{function.__qualname__}"))
+    return cast(Function, compiled_loop(function))
 
 
 def plain(values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:

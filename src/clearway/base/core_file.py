@@ -28,12 +28,21 @@ class CoreError(ClearwayError):
     """The compiled core cannot be used; says why and what to type."""
 
 
-def compiled_loop(name: str) -> Any:
-    """Return a loop of the core by its module and name; raises CoreError where it has none such."""
-    loop = getattr(load_core(), name, None)
-    if loop is None:
+def compiled_loop(function: Any) -> Any:
+    """Return the loop of the core for a function; raises CoreError where the core has none such.
+
+    A loop that loops alone call is in the core, but not for Python: then the function itself.
+    """
+    name, core = f"{function.__module__}.{function.__qualname__}", load_core()
+    if name not in loop_names():
         raise CoreError(f"{name} is not in the compiled core. {REBUILD}, or {AS_PYTHON}.")
-    return loop
+    return getattr(core, name, function)
+
+
+@cache
+def loop_names() -> frozenset[str]:
+    """Return the names of all loops of the core, with their modules."""
+    return frozenset(load_core().loops.split())
 
 
 @cache
@@ -43,8 +52,8 @@ def load_core(base: Path = BASE) -> Any:
     if changed:
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
-            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than the "
-            f"source shows. {REBUILD}, or {AS_PYTHON}."
+            f"the compiled core is older than {changed[0]}{more}: it would fly other loops than "
+            f"the source shows. {REBUILD}, or {AS_PYTHON}."
         )
     try:
         return import_module("clearway.base._core")

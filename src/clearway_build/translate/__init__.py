@@ -11,8 +11,8 @@ from clearway_build.translate.program import Kernel, NotTranslatableError, Progr
 from clearway_build.translate.writes import Writes
 
 PARTS = (("obstacles", "sensors", "traffic"), ())
-"""Packages whose loops make one file of C++ each; the last takes all others. Files are compiled side
-by side, each with all that its loops call, which the compiler may write into them."""
+"""Packages whose loops make one file of C++ each; the last takes all others. Each file holds all
+that its loops call too, so that the compiler can write it into them."""
 READ = "read.txt"
 """The list of files of Python that all this was made from, a path a line."""
 
@@ -37,7 +37,7 @@ def write_sources(source: Path, out: Path) -> list[Path]:
         _write(path, translated.file(number, own))
         paths.append(path)
     path = out / "module.cpp"
-    _write(path, _module(len(PARTS)))
+    _write(path, _module(len(PARTS), translated.functions))
     read = sorted(str(each.relative_to(source)) for each in translated.program.files())
     _write(out / READ, "\n".join(read) + "\n")
     return [*paths, path]
@@ -99,8 +99,7 @@ class Translated:
         loops = [self._loop(each) for each in bound]
         calls = [self._call(n, each) for n, each in enumerate(bound)]
         methods = [
-            f"  {{loops[{n}].name, reinterpret_cast<PyCFunction>(reinterpret_cast<void*>(call_{n})),"
-            " METH_FASTCALL | METH_KEYWORDS, nullptr},"
+            f"  {{loops[{n}].name, rt::as_method(call_{n}), rt::METHOD, nullptr}},"
             for n in range(len(bound))
         ]
         parts.append("static const rt::Loop loops[] = {\n" + "\n".join(loops) + "\n};")
@@ -134,8 +133,9 @@ class Translated:
         return (
             f"static PyObject* call_{number}(PyObject*, PyObject* const* given, Py_ssize_t count, "
             f"PyObject* names) {{\n  PyObject* a[{max(1, count)}];\n"
-            f"  if (!rt::arrange(loops[{number}], {count}, given, count, names, a)) return nullptr;\n"
-            f"  rt::Call call(loops[{number}]);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
+            f"  const rt::Loop& loop = loops[{number}];\n"
+            f"  if (!rt::arrange(loop, {count}, given, count, names, a)) return nullptr;\n"
+            f"  rt::Call call(loop);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
             "  } catch (...) {\n    return rt::failed(call);\n  }\n}"
         )
 
@@ -154,21 +154,26 @@ class Translated:
         return f'  {{"{kernel.module}.{kernel.name}", "{names}", "{flags}"}},'
 
 
-def _module(count: int) -> str:
+def _module(count: int, kernels: Iterable[Kernel]) -> str:
+    """The file that makes the module: all functions, and the names of all loops, bound or not."""
     listed = "\n".join(f"extern PyMethodDef methods_{n}[];" for n in range(count))
     added = "\n".join(
         f"  if (PyModule_AddFunctions(core, methods_{n}) < 0) return nullptr;" for n in range(count)
     )
+    names = "\n".join(f'    "{each.module}.{each.name} "' for each in kernels)
     return f"""#define CLEARWAY_MODULE
 #include "python.hpp"
 {listed}
-static PyModuleDef definition = {{PyModuleDef_HEAD_INIT, "clearway.base._core", nullptr, -1, nullptr,
-                                 nullptr, nullptr, nullptr, nullptr}};
+static PyModuleDef definition = {{PyModuleDef_HEAD_INIT, "clearway.base._core"}};
+static const char* const loops =
+{names};
 PyMODINIT_FUNC PyInit__core() {{
   import_array();
+  definition.m_size = -1;
   PyObject* core = PyModule_Create(&definition);
   if (core == nullptr) return nullptr;
 {added}
+  if (PyModule_AddStringConstant(core, "loops", loops) < 0) return nullptr;
   return core;
 }}
 """
