@@ -14,7 +14,7 @@ CORE := $(BIN)/python -m clearway_build
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo core test lint types imports unit nightly docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo core test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
@@ -42,6 +42,12 @@ unit: $(VENV)/.dev
 nightly: $(VENV)/.dev
 	$(CORE)
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# The core with every index checked, under the sanitizers of g++: the loops' tests, then damaged files
+# of every format: make sanitized COUNT=20000
+COUNT ?= 5000
+sanitized: $(VENV)/.dev
+	$(BIN)/python -m tools.sanitized --count $(COUNT)
 
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
