@@ -8,13 +8,19 @@ PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/pyt
 # other Pythons.
 BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 
+# The compiled loops, where they are not as their sources.
+CORE := $(BIN)/python -m clearway_build
+
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test lint types imports unit nightly docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo core test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
+
+core: $(VENV)/.core
+	$(CORE)
 
 test: lint types imports unit
 
@@ -28,12 +34,20 @@ types: $(VENV)/.dev
 imports: $(VENV)/.dev
 	$(BIN)/lint-imports
 
-unit: $(VENV)/.warm
+unit: $(VENV)/.dev
+	$(CORE)
 	$(BIN)/pytest -n 2 --dist loadfile
 
 # What takes too long for every change: wider families, longer laws.
-nightly: $(VENV)/.warm
+nightly: $(VENV)/.dev
+	$(CORE)
 	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# The core with every index checked, under the sanitizers of g++: the loops' tests, then damaged files
+# of every format: make sanitized COUNT=20000
+COUNT ?= 5000
+sanitized: $(VENV)/.dev
+	$(BIN)/python -m tools.sanitized --count $(COUNT)
 
 # The site of the documentation, in site/: any warning ends it.
 docs: $(VENV)/.docs
@@ -68,10 +82,10 @@ bench-peers: $(VENV)/.dev $(PEERS)/.ready
 	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python
 	$(BIN)/python -m benchmarks.peers.speed --python $(PEERS)/bin/python
 
-# The wheel, with compiled code for this Python and the pinned numba.
+# The source distribution and wheels for any Linux from 2014 on, by the compiler from PyPI.
 wheel: $(VENV)/.dev
-	$(BIN)/python -m tools.compiled
-	$(BIN)/python -m build --wheel
+	CLEARWAY_TARGET=x86_64 $(BIN)/python -m build
+	CLEARWAY_TARGET=aarch64 $(BIN)/python -m build --wheel
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
@@ -80,9 +94,9 @@ format: $(VENV)/.dev
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.core: pyproject.toml constraints.txt | $(BIN)/python
-	$(PIP) --editable '.[adsb,foxglove,lidar,map]'
-	$(BYTE_CODE)
+# What a flight needs, and no more; pip builds the core in an environment of its own.
+$(VENV)/.core: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
+	$(PIP) --editable .
 	touch $@
 
 # Other people's programs, never installed beside ours.
@@ -92,15 +106,11 @@ $(PEERS)/.ready: benchmarks/peers/constraints.txt
 		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyoctomap pyrvo
 	touch $@
 
-$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
+$(VENV)/.dev: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
 	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
 	$(BYTE_CODE)
 	touch $(VENV)/.core $@
 
-# Compiled ahead, once: tests side by side that begin with the same loops wait for each other.
-$(VENV)/.warm: $(VENV)/.dev
-	$(BIN)/clearway warm-up
-	touch $@
-
 clean:
-	rm -rf $(VENV) $(PEERS) clearway-out dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(PEERS) build clearway-out dist site src/clearway/base/_core.* \
+		.mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

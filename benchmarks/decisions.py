@@ -235,7 +235,7 @@ print(time.perf_counter() - began)
 
 
 def first(escape: str) -> Callable[[bool], Row]:
-    """The first decision of a process, by a system that was made and not warmed up."""
+    """The first decision of a process, by a system that was just made."""
 
     def measure(quick: bool) -> Row:
         command = [sys.executable, "-c", FIRST.format(escape=escape)]
@@ -244,7 +244,7 @@ def first(escape: str) -> Callable[[bool], Row]:
             for _ in range(3 if quick else 9)
         ]
         return Times(np.array(taken)).row(
-            f"the first decision of a process, nothing warmed up, escape {escape}",
+            f"the first decision of a process, escape {escape}",
             target_s=20e-3,
         )
 

@@ -79,7 +79,7 @@ def _flown(
             FIRST_SEED + number, vehicle, options.ticks, with_lidar=with_lidar, ahead=True
         )
         if number == 0:
-            continue  # Loads and compiles.
+            continue  # Loads modules.
         guardian: TimedGuardian = flight.guardian
         found["passed"] += guardian.rows_ms[True]
         found["replaced"] += guardian.rows_ms[False]

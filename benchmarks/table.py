@@ -92,7 +92,7 @@ class Results:
 
 def machine(load: float) -> str:
     """What the figures are measured on, and when; `load` is that of others before the start."""
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba"))
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy",))
     return (
         f"{_processor()}, {os.cpu_count()} cores, one thread each; "
         f"Python {platform.python_version()}, {packages}; {datetime.now(UTC):%Y-%m-%d}, "

@@ -76,7 +76,7 @@ class Times:
 def timed(
     function: Callable[[], object], quick: bool, seconds: float = 1.5, warm_up: int = WARM_UP
 ) -> Times:
-    """Call for a while and take the times; the first calls, which compile, do not count."""
+    """Call for a while and take the times; the first calls, which load, do not count."""
     for _ in range(warm_up):
         function()
     seconds = 0.2 * seconds if quick else seconds

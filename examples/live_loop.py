@@ -11,7 +11,6 @@ automaton = cw.MovementAutomaton.plane(speed_mps=1.0, pitch_limit_deg=0.0)
 library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform(range_m=10.0))
 mission = cw.Mission("live", cw.State(np.zeros(3)), waypoints_m=np.array([[14.0, 0.0, 0.0]]))
 system = cw.AvoidanceSystem(cw.Planner.of(library), mission, lidars=[sonar])
-system.warm_up()
 start = time.monotonic()
 while not system.progress.done(mission):
     now = time.monotonic() - start

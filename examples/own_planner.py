@@ -101,7 +101,6 @@ if __name__ == "__main__":
 
     runs = {}
     for name, pilot in (("clearway", system()), ("swerve", BaselinePilot(system(), swerve))):
-        pilot.warm_up()
         runs[name] = cw.simulate(pilot, wood, lidars=[lidar], settings=limits)
 
     print(f"{'planner':<12}{'reached':<9}{'nearest':<10}{'violations':<12}{'crashed':<9}path")

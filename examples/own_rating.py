@@ -79,7 +79,6 @@ if __name__ == "__main__":
     for name, rating in (("total (clearway's own)", None), ("wary", wary)):
         planner = cw.Planner.of(library, rating=rating)
         system = cw.AvoidanceSystem(planner, mission, lidars=[lidar])
-        system.warm_up()
         runs[name] = cw.simulate(system, trees, lidars=[lidar])
 
     print(

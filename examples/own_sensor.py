@@ -159,7 +159,6 @@ if __name__ == "__main__":
     runs = {}
     for name, sensors in (("lidar alone", [lidar]), ("lidar and radar", [lidar, radar])):
         system = cw.AvoidanceSystem(planner, mission, lidars=sensors)
-        system.warm_up()
         runs[name] = cw.simulate(
             system, towers, lidars=sensors, settings=cw.SimulationSettings(time_limit_s=200.0)
         )

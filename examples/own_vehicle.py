@@ -110,7 +110,6 @@ for name, automaton in (("plane (4.4)", plane), ("climber", own)):
     planner = cw.Planner.of(library, settings)
     sets[name] = library.nearest(0.0)
     system = cw.AvoidanceSystem(planner, mission, obstacle_map=cliff)
-    system.warm_up()
     runs[name] = cw.simulate(system, cliff, lidars=[])
 
 print(f"{'vehicle':<14}{'trajectories':<14}{'reached':<9}{'nearest':<10}{'time':<9}path")

@@ -12,9 +12,9 @@ from hypothesis import settings
 
 from repository import REPOSITORY
 
-# The first call of a compiled function compiles it, which no deadline should count. The same commit
-# draws the same cases, so that a test fails for its author, not for the next one; a search for new
-# cases is asked for: CLEARWAY_CASES=new.
+# No deadline: a machine may have other work. The same commit draws the same cases, so that a test
+# fails for its author, not for the next one; a search for new cases is asked for:
+# CLEARWAY_CASES=new.
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("new", deadline=None)
 settings.load_profile(os.environ.get("CLEARWAY_CASES", "same"))

@@ -27,7 +27,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
 """Of a line of a table: at least three, well apart."""
 SLOW = re.compile(
-    r"^(preparing reach sets|still working|compiling|clearway compiles|warming up|net\.core).*\n",
+    r"^(preparing reach sets|still working|net\.core).*\n",
     re.MULTILINE,
 )
 """What is said on some machines only: of how long it takes, and of their kernels."""

@@ -108,7 +108,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
         for entry in run.decisions
         if isinstance(entry.flight, FlightDecision)
     }
-    looks = [look for look in looks if id(look.decision) in taken]  # Warming up takes some, too.
+    looks = [look for look in looks if id(look.decision) in taken]
     sides = [
         choice.side
         for entry in run.decisions

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from clearway_build.compiler import STANDARD, Compiler, find_compiler
 from clearway_build.errors import BuildError
-from clearway_build.headers import Headers, find_headers
-from clearway_build.target import Target
+from clearway_build.headers import OWN, find_headers
+from clearway_build.target import HERE, Target
 from clearway_build.translate import NotTranslatableError, write_sources
 
 CORE = "_core.abi3.so"
@@ -46,60 +46,52 @@ class Built:
     report: str
 
 
-def build_core(root: Path, target: Target = Target(), flavour: str = "fast") -> Built:
+def build_core(root: Path, target: Target = HERE, flavour: str = "fast") -> Built:
     """Translate the kernels of a checkout, compile what has changed, and link the core.
 
     Everything is written into `build/core` of the checkout. Raises BuildError.
     """
     began = time.perf_counter()
     headers, compiler = find_headers(), find_compiler(target)
-    work = root / "build" / "core"
-    try:
-        sources = write_sources(root / "src", work / "source")
-    except NotTranslatableError as cause:
-        raise BuildError(
-            f"{cause}\nOnly the subset of Python in docs/core.md is translated."
-        ) from cause
+    work, source = root / "build" / "core", root / "src"
     folder = work / f"{target.folder}-{flavour}"
     folder.mkdir(parents=True, exist_ok=True)
     flags = (*FLAGS, *FLAVOURS[flavour])
-    shared = _shared(compiler, headers, flags, sources)
+    shared = _digest(
+        " ".join((compiler.version, headers.versions, *flags)).encode(),
+        *(path.read_bytes() for path in sorted(OWN.iterdir())),
+    )
+    core, made_from = folder / CORE, folder / "made_from"
+    state = _digest(shared.encode(), *(path.read_bytes() for path in sorted(source.rglob("*.py"))))
+    if core.is_file() and made_from.is_file() and made_from.read_text() == state:
+        return Built(core, "core: as its sources")
+    try:
+        sources = write_sources(source, work / "source")
+    except NotTranslatableError as cause:
+        raise BuildError(
+            f"{cause}\nOnly a subset of Python is translated: docs/core.md."
+        ) from cause
     objects = {
-        folder / f"{source.stem}-{_digest(shared, source.read_bytes())}.o": source
-        for source in sources
+        folder / f"{one.stem}-{_digest(shared.encode(), one.read_bytes())}.o": one
+        for one in sources
     }
-    wanted = {one: source for one, source in objects.items() if not one.is_file()}
+    wanted = {made: one for made, one in objects.items() if not made.is_file()}
     includes = [part for place in headers.folders for part in ("-isystem", str(place))]
 
-    def compiled(item: tuple[Path, Path]) -> None:
-        made, source = item
-        options = [*flags, *includes, "-c", str(source), "-o"]
-        _run(compiler, options, made, f"{source.name} cannot be compiled")
+    def compiled(made: Path, one: Path) -> None:
+        _run(compiler, [*flags, *includes, "-c", str(one)], made, f"{one.name} cannot be compiled")
 
     with ThreadPoolExecutor(_side_by_side()) as pool:
-        list(pool.map(compiled, wanted.items()))
-    core = folder / CORE
-    if wanted or not core.is_file() or core.stat().st_mtime < _newest(objects):
-        link = ["-shared", *FLAVOURS[flavour], *map(str, objects)]
-        strip = ["-Wl,-s"] if flavour == "fast" else []
-        _run(compiler, [*link, *strip, "-o"], core, "the core cannot be linked")
-    for stale in set(folder.glob("*.o")) - set(objects):
-        stale.unlink()
+        list(pool.map(compiled, wanted.keys(), wanted.values()))
+    strip = ["-Wl,-s"] if flavour == "fast" else []
+    link = ["-shared", *FLAVOURS[flavour], *strip, *map(str, objects)]
+    _run(compiler, link, core, "the core cannot be linked")
+    for old in set(folder.glob("*.o")) - set(objects):
+        old.unlink()
+    made_from.write_text(state)
+    parts = f"{len(wanted)} of {len(objects)} parts compiled"
     took = time.perf_counter() - began
-    return Built(
-        core,
-        f"core: {len(wanted)} of {len(objects)} parts compiled in {took:.1f} s, {compiler.version}",
-    )
-
-
-def _shared(
-    compiler: Compiler, headers: Headers, flags: Sequence[str], sources: Sequence[Path]
-) -> bytes:
-    """What every object file depends on."""
-    places = {headers.folders[0], *(source.parent for source in sources)}
-    texts = [path.read_bytes() for place in sorted(places) for path in sorted(place.glob("*.hpp"))]
-    told = " ".join((*compiler.command, compiler.version, headers.versions, *flags))
-    return _digest(told.encode(), *texts).encode()
+    return Built(core, f"core: {parts} in {took:.1f} s by {compiler.version}")
 
 
 def _digest(*parts: bytes) -> str:
@@ -109,16 +101,12 @@ def _digest(*parts: bytes) -> str:
     return found.hexdigest()[:16]
 
 
-def _newest(files: Sequence[Path] | dict[Path, Path]) -> float:
-    return max(one.stat().st_mtime for one in files)
-
-
 def _run(compiler: Compiler, options: Sequence[str], made: Path, problem: str) -> None:
     """One call of the compiler, whose result stands there whole or not at all."""
     half = made.with_name(f"{os.getpid()}-{made.name}")
     try:
         ended = subprocess.run(
-            [*compiler.command, *options, str(half)], capture_output=True, text=True
+            [*compiler.command, *options, "-o", str(half)], capture_output=True, text=True
         )
         if ended.returncode == 0 and half.is_file():
             half.replace(made)

@@ -1,4 +1,4 @@
-"""Headers that the core is compiled with: Python's and numpy's, which are the same for 64-bit ARM."""
+"""Headers that the core is compiled with: Python's and numpy's, the same for 64-bit ARM."""
 
 from __future__ import annotations
 

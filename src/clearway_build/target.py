@@ -43,6 +43,10 @@ class Target:
         return self.machine or "here"
 
 
+HERE = Target()
+"""The machine that builds."""
+
+
 def chosen_target() -> Target:
     """Return the machine that `CLEARWAY_TARGET` names, else this one."""
     named = os.environ.get(NAMED)

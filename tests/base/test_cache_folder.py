@@ -9,7 +9,6 @@ import pytest
 
 from clearway.base.cache_folder import NAMED, cache_folder, is_own, make_own, why_refused
 from clearway.base.errors import InputError
-from clearway.base.kernels import folders
 from clearway.vehicle.automaton import MovementAutomaton
 from own_process import run_clearway
 
@@ -19,8 +18,6 @@ IS_ROOT = os.geteuid() == 0
 @pytest.fixture(autouse=True)
 def forgetful() -> None:
     is_own.cache_clear()
-    folders.read_folders.cache_clear()
-    folders.written_folder.cache_clear()
 
 
 def test_a_folder_of_ones_own_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,7 +50,6 @@ def test_a_folder_below_one_that_everybody_can_write_into_is_refused(tmp_path: P
 def test_a_folder_of_somebody_else_is_refused_but_one_of_root_is_not(tmp_path: Path) -> None:
     os.chown(tmp_path, 12345, 12345)
     assert "belongs to user 12345" in str(why_refused(tmp_path))
-    assert why_refused(tmp_path, package=tmp_path) is None  # Whose code is run anyway.
     link = tmp_path.parent / f"{tmp_path.name}-link"
     link.symlink_to(tmp_path.parent)
     assert why_refused(link) is None
@@ -85,30 +81,6 @@ def test_what_is_made_is_for_its_owner_alone_to_write(tmp_path: Path) -> None:
         os.umask(before)
     assert why_refused(tmp_path / "one" / "two") is None
     assert {(tmp_path / name).stat().st_mode & 0o777 for name in ("one", "one/two")} == {0o755}
-
-
-def test_code_that_others_could_have_written_is_not_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(NAMED, str(tmp_path))
-    stamp = tmp_path / "compiled" / "loops-0"
-    stamp.mkdir(parents=True)
-    file = stamp / "a.kernel"
-    file.write_bytes(b"code")
-    with folders.opened_own(file) as opened:
-        assert opened.read() == b"code"
-    file.chmod(0o666)
-    with pytest.raises(PermissionError):
-        folders.opened_own(file)
-    file.chmod(0o644)
-    stamp.chmod(0o777)
-    is_own.cache_clear()
-    with pytest.raises(PermissionError):
-        folders.opened_own(file)
-    stamp.chmod(0o755)
-    (tmp_path / "compiled").chmod(0o777)
-    is_own.cache_clear()
-    assert folders.read_folders() == (folders.PACKAGE / "__pycache__" / "compiled",)
 
 
 def test_a_command_names_the_folder_and_what_to_type(

@@ -88,7 +88,7 @@ def test_places_are_never_laid_out_anew(shape: tuple[int, ...]) -> None:
 
 @pytest.mark.parametrize("kind", [int, np.float32, np.int64, np.array, bool])
 def test_numbers_of_an_own_state_are_of_one_kind(kind: Callable[..., object]) -> None:
-    """Margins are made of them, and a compiled loop is another for another kind of number."""
+    """Margins are made of them: numbers of 4 bytes would be added with other roundings."""
     one = kind(1)
     state = cw.State(np.zeros(3), time_s=one, position_std_m=one, attitude_std_rad=one)
     numbers = (state.time_s, state.position_std_m, state.attitude_std_rad)

@@ -1,7 +1,6 @@
 """The package as strangers get it: public names, start-up, a wheel that runs elsewhere."""
 
 import os
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -84,40 +83,3 @@ def test_a_wheel_runs_outside_the_checkout(tmp_path):
         check=True,
     )
     assert version.stdout.strip() == clearway.__version__
-
-
-@pytest.mark.nightly
-def test_a_wheel_with_compiled_code_flies_without_compiling(tmp_path):
-    tree, kept = tmp_path / "tree", tmp_path / "kept"
-    tree.mkdir()
-    for name in ("src", "tools", "examples"):
-        shutil.copytree(
-            REPOSITORY / name,
-            tree / name,
-            ignore=shutil.ignore_patterns("__pycache__", "*.kernel"),
-        )
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(REPOSITORY / name, tree)
-    here = {**os.environ, "PYTHONPATH": str(tree / "src")}
-    subprocess.run([sys.executable, "-m", "tools.compiled"], cwd=tree, env=here, check=True)
-    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)]
-    subprocess.run([*build, str(tree)], check=True, capture_output=True)
-    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target"]
-    place = tmp_path / "site"
-    wheel = next(tmp_path.glob("clearway-*.whl"))
-    subprocess.run([*install, str(place), str(wheel)], check=True, capture_output=True)
-    shutil.rmtree(tree)
-    for mission in ("static-obstacles", "mixed"):
-        done = subprocess.run(
-            [
-                *(sys.executable, "-c", "from clearway.cli.app import main; main()", "fly"),
-                *(mission, "--no-plots", "--json", "--out", str(tmp_path / mission)),
-            ],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(place), "CLEARWAY_CACHE": str(kept)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        assert not list(kept.rglob("*.kernel"))

@@ -323,27 +323,3 @@ def test_decisions_name_the_mover() -> None:
 def test_the_same_seed_gives_the_same_run_with_movers_too() -> None:
     runs = [encounter(150.0, 1.0) for _ in range(2)]
     np.testing.assert_array_equal(runs[0].states, runs[1].states)
-
-
-def test_nothing_compiles_in_flight_when_movers_are_followed() -> None:
-    from numba.core import event
-
-    compiled: list[str] = []
-
-    class Listener(event.Listener):  # type: ignore[misc]
-        def on_start(self, happening: event.Event) -> None:
-            compiled.append(happening.data["dispatcher"].py_func.__name__)
-
-        def on_end(self, happening: event.Event) -> None:
-            pass
-
-    system = AvoidanceSystem(
-        planner(), mission((30.0, 0.0, 0.0)), lidars=(LIDAR,), follow_movers=True
-    )
-    system.warm_up()
-    with event.install_listener("numba:compile", Listener()):
-        for state, scan in scans_of(*CROSSING, 1.0, 6):
-            system.update(state)
-            system.update(scan)
-            system.decide(state.time_s)
-    assert compiled == []

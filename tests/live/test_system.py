@@ -1,4 +1,4 @@
-"""Live use: readings in any order, bad data counted, decisions when due, no compiling in flight."""
+"""Live use: readings in any order, bad data counted, decisions when due."""
 
 from dataclasses import fields, replace
 
@@ -9,15 +9,12 @@ from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.alerting import traffic_picture
 from clearway.live.mission import Mode
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Scan, simulate_scan
-from clearway.sim import SimulationSettings, simulate
 from clearway.sim.worlds import ball_world
 from clearway.traffic import Intruder, TrackerSettings
-from clearway.traffic.volumes import VOLUME_SETS
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner(escape="off")
@@ -324,45 +321,6 @@ def test_the_mode_after_the_last_waypoint_is_landing():
     assert landing.decide(0.0).mode is Mode.NAVIGATION
     landing.update(state(1.0, x=1.0))
     assert landing.decide(1.0).mode is Mode.LANDING
-
-
-def test_nothing_compiles_in_flight_after_the_warm_up():
-    from numba.core import event
-
-    compiled = []
-
-    class Listener(event.Listener):
-        def on_start(self, happening):
-            compiled.append(happening.data["dispatcher"].py_func.__name__)
-
-        def on_end(self, happening):
-            pass
-
-    live = system(obstacle_map=BALL)
-    live.warm_up()
-    with event.install_listener("numba:compile", Listener()):
-        simulate(live, BALL, lidars=(LIDAR,), settings=SimulationSettings(time_limit_s=12.0))
-        for time_s in (13.0, 13.4):
-            live.update(state(time_s))
-            live.update(simulate_scan(LIDAR, BALL, state(time_s)))
-            live.update(Intruder([6, 5, 0], [0, -1, 0], name="i", time_s=time_s))
-            live.due(time_s)
-            if time_s == 13.0:
-                live.decide(time_s)
-    assert compiled == []
-
-
-def test_alerts_and_bands_are_warmed_up_where_volumes_are_kept(monkeypatch):
-    pictures = []
-
-    def kept(*given):
-        pictures.append(traffic_picture(*given))
-        return pictures[-1]
-
-    monkeypatch.setattr("clearway.live.system.traffic_picture", kept)
-    system(volumes=VOLUME_SETS["f3442"]).warm_up()
-    assert any(picture.bands is not None for picture in pictures)
-    assert any(picture.bands.saturated for picture in pictures if picture.bands is not None)
 
 
 def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():

@@ -24,13 +24,6 @@ from mavlink_for_tests import (
     words,
 )
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _warm() -> None:
-    """Compile before sessions begin, as the command does."""
-    Bench().system.warm_up()
-
-
 # --- ageing, stale, lost ------------------------------------------------------------------------
 
 

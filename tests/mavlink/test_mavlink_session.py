@@ -35,13 +35,6 @@ from mavlink_for_tests import (
 )
 from repository import REPOSITORY
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _warm() -> None:
-    """Compile before sessions begin, as the command does."""
-    Bench().system.warm_up()
-
-
 # --- the table ----------------------------------------------------------------------------------
 
 GOOD: dict[str, Any] = {"heartbeat_age_s": 0.5, "position_age_s": 0.1, "distances_age_s": 0.1}

@@ -214,7 +214,6 @@ def test_a_liar_neither_blinds_the_others_nor_stops_the_flight(
     both = [lidar("good"), lidar("liar")]
     mission = cw.Mission("m", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
     system = cw.AvoidanceSystem(planner, mission, lidars=both)
-    system.warm_up()
     told = [both[0], LyingLidar(both[1], lie, from_s=3.0)]
     run = cw.simulate(system, WORLD, lidars=told, settings=cw.SimulationSettings(time_limit_s=60.0))
     assert run.safe

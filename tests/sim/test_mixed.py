@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from functools import lru_cache
 
@@ -131,60 +129,6 @@ def test_what_the_lidar_adds_is_the_silent_one_alone() -> None:
                 found = decision.frame.world_points(place)
                 assert np.linalg.norm(found - place_of("silent", entry)) < 0.4
     assert added >= 5
-
-
-LOADED_IN_FLIGHT = """
-import gc
-from numba.core.dispatcher import Dispatcher
-from clearway.missions.setup import prepare
-from clearway.missions.mission_file import read_mission_file
-
-def loaded():
-    found = (each for each in gc.get_objects() if isinstance(each, Dispatcher))
-    return {each.py_func.__name__ for each in found if each.overloads}
-
-setup = prepare(read_mission_file("mixed"))
-setup.system().warm_up()
-before = loaded()
-assert setup.fly().reached
-# What is truly there, and flown, is the simulation's alone.
-of_truth = {"cast_rays", "nearest_obstacles", "_turned", "_returns", "plane_advance_each"}
-print(*sorted(loaded() - before - of_truth))
-"""
-
-
-def test_nothing_is_compiled_or_loaded_in_flight() -> None:
-    """In a process of its own, since other tests load what a flight needs."""
-    command = [sys.executable, "-c", LOADED_IN_FLIGHT]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == []
-
-
-LOADED_AT_FIRST = """
-from clearway.base.kernels.news import NEWS
-from clearway.missions.mission_file import read_mission_file
-from clearway.missions.setup import prepare
-from clearway.sensors import simulate_scan
-
-setup = prepare(read_mission_file("static-obstacles").changed("safety", escape={escape!r}))
-(lidar,), start = setup.lidars, setup.mission.start
-scan = simulate_scan(lidar, setup.world, start, 0)
-system = setup.system()
-before = NEWS.loaded + NEWS.compiled
-system.update(start)
-system.update(scan)
-assert system.decide(start.time_s).movements
-print(NEWS.loaded + NEWS.compiled - before)
-"""
-
-
-@pytest.mark.parametrize("escape", ["off", "strict"])
-def test_the_first_decision_of_who_was_not_warmed_up_loads_nothing(escape: str) -> None:
-    command = [sys.executable, "-c", LOADED_AT_FIRST.format(escape=escape)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) == 0
 
 
 def intruder(**more: object) -> dict[str, object]:

@@ -1,14 +1,10 @@
 """Closed loop: what must hold of whole flights."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from clearway.base.errors import ClearwayError
 from clearway.live import AvoidanceSystem
-from clearway.missions.mission_file import read_mission_file
-from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings
@@ -116,7 +112,6 @@ def test_a_scale_fifteen_times_as_large_changes_nothing_but_the_scale():
     from clearway.avoidance.planner import AvoidanceSettings, Planner
     from clearway.base.grid import AvoidanceGrid
     from clearway.base.state import State
-    from clearway.live import AvoidanceSystem
     from clearway.live.mission import Mission
     from clearway.reach import ReachLibrary
     from clearway.sensors import BeamPattern, Lidar
@@ -147,23 +142,3 @@ def test_a_scale_fifteen_times_as_large_changes_nothing_but_the_scale():
 def test_impossible_simulations_are_refused(setting):
     with pytest.raises(ClearwayError, match=next(iter(setting))):
         SimulationSettings(**setting)
-
-
-def test_flights_that_share_a_planner_are_warmed_up_once(monkeypatch):
-    warmed = []
-
-    def counted(system, warm_up=AvoidanceSystem.warm_up):
-        warmed.append(system)
-        warm_up(system)
-
-    monkeypatch.setattr(AvoidanceSystem, "warm_up", counted)
-    setup = prepare(read_mission_file("static-obstacles").changed("simulation", time_limit_s=3.0))
-    runs = [setup.fly() for _ in range(2)]
-    assert len(warmed) == 1
-    np.testing.assert_array_equal(runs[0].states, runs[1].states)
-    follows = replace(setup, follow_movers=True)
-    follows.fly()
-    follows.fly()
-    assert len(warmed) == 2
-    prepare(read_mission_file("static-obstacles").changed("simulation", time_limit_s=3.0)).fly()
-    assert len(warmed) == 3

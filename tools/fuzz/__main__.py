@@ -26,8 +26,6 @@ from tools.fuzz.seeds import FORMATS
 CPU_S, WALL_S = 20.0, 300.0
 MEMORY_BYTES = 1_000_000_000
 """Of data, beside what a worker has already."""
-WARM = 2
-"""Rounds of whole files before cases are timed: numba compiles on first use."""
 AT_LEAST_S = 0.005
 """Every format has the same time, of which a case takes this at least."""
 
@@ -51,7 +49,7 @@ def main() -> None:
             number = options.first + count[name]
             started = time.monotonic()
             outcome, faults = worker.tried(name, options.seed, number)
-            if count[name]:  # the first one compiles
+            if count[name]:  # The first one loads modules.
                 taken[name] += time.monotonic() - started
             count[name] += 1
             if faults:
@@ -138,17 +136,16 @@ def _cpu_s(pid: int | None) -> float:
 
 def _serve(pipe: Connection) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    limited, warmed = False, set()
+    limited, loaded = False, set()
     while True:
         try:
             name, seed, number = pipe.recv()
         except EOFError:
             return
-        if name not in warmed:
-            warmed.add(name)
-            for whole in whole_files(name)[:WARM]:
-                tried(name, whole)
-        if not limited and len(warmed) == len(FORMATS):
+        if name not in loaded:
+            loaded.add(name)
+            tried(name, whole_files(name)[0])
+        if not limited and len(loaded) == len(FORMATS):
             _limit_memory()
             limited = True
         case = Case(name, seed, number, whole_files(name))

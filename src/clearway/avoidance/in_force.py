@@ -10,7 +10,6 @@ import numpy as np
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.evidence import InReach
 from clearway.avoidance.goal import Goal
-from clearway.avoidance.hazards import Hazards
 from clearway.avoidance.long_range.two_horizons import LongRange, long_range
 from clearway.avoidance.passing import Meetings, passing_rules
 from clearway.avoidance.planner import Planner
@@ -18,8 +17,6 @@ from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import RuleView, rule_on
 from clearway.avoidance.rules.rule import Ruling
 from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import clearances, paths_of
-from clearway.obstacles.obstacle_map import ObstacleMap
 
 
 class InForce(NamedTuple):
@@ -52,30 +49,6 @@ def in_force(
     if rules:
         ruling = rule_on(rules, _view(planner, situation, prepared, goal, near))
     return InForce(ruling, met, afar)
-
-
-def warm_up_rules(
-    planner: Planner,
-    situation: Situation,
-    prepared: PreparedReachSet,
-    goal: Goal,
-    near: InReach,
-) -> None:
-    """Load what rules run only where they are concerned, as with volumes not yet in reach."""
-    view = _view(planner, situation, prepared, goal, near)
-    for rule in planner.rules:
-        if rule.warm_up is not None:
-            rule.warm_up(view)
-        if rule.volumes:
-            _warm_up_volumes(view, ObstacleMap(rule.volumes))
-
-
-def _warm_up_volumes(view: RuleView, charted: ObstacleMap) -> None:
-    """What `rules.keep_out` runs."""
-    here, grid = view.state.position_m, view.reach_set.grid
-    hazards = Hazards(shapes=charted.in_grid(here, view.world_from_grid, grid))
-    clearances(paths_of(view.reach_set), hazards, view.margin_m)
-    charted.distance_m(here[None])
 
 
 def _afar(

@@ -91,10 +91,6 @@ class Meetings:
             np.array(least_cos),
         )
 
-    def warm_up(self) -> None:
-        """Compile and load what only those ask for who are passing someone."""
-        self.off_sides(range(len(self.names)), np.zeros((len(self.names), 3)), (0.0, STEADY_COS))
-
     def on_way(
         self, node: int, margin_m: float, begun: BoolArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, BoolArray]:

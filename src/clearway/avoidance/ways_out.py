@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from clearway.avoidance.aloof import keeps_aloof
-from clearway.avoidance.escape_chains import chain_keeps, chain_room
+from clearway.avoidance.escape_chains import chain_room
 from clearway.avoidance.escape_legs import (
     EscapeTerms,
     carried,
@@ -26,7 +26,6 @@ from clearway.avoidance.way_out import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.way_out_search import (
     Beginning,
     WayOutSearch,
-    flown_for,
     world_from_level,
 )
 from clearway.avoidance.way_out_terms import in_wind_s, terms_of
@@ -87,22 +86,6 @@ class WaysOut:
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
         self._now: dict[tuple[bool, float], WayOut | None] = {}
         self._left: dict[int, bool] = {}
-
-    def warm_up(self) -> None:
-        """Compile and load what only some decisions run."""
-        legs, at, terms = self._legs, self._start, self._terms
-        path, sagitta_m = legs.path[at, 0], float(legs.sagitta_m[at, 0])
-        leg_keeps(STANDING, path, sagitta_m, 0.0, 1.0, terms)
-        pose_after(STANDING, path)
-        corners = carried(STANDING, path, (0.0, 1.0), terms)
-        keeps_aloof(corners, sagitta_m, self._full_m, self._surface_m, terms)
-        unsure_after(1.0, terms)
-        self.saw(np.zeros((1, SAMPLES, 3)), np.zeros(1))
-        first = np.zeros(1, dtype=np.int64)
-        chain_room(first, at, STANDING, 0.0, legs, terms, 1.0, 0.0)
-        chain_keeps(
-            np.concatenate([first, flown_for(first, legs, 0.0)]), at, STANDING, 0.0, legs, terms
-        )
 
     def _is_one_of(self, roll_rad: float, pitch_rad: float) -> bool:
         """Whether an attitude is one of the library's, with which loops close."""

@@ -1,6 +1,6 @@
 """Where results are kept that are only made to be found again.
 
-What lies there is loaded as code and as indices of arrays, so nobody else may write into it.
+What lies there is loaded as indices of arrays, so nobody else may write into it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from clearway.base.errors import InputError
 NAMED = "CLEARWAY_CACHE"
 """Of the environment: names the folder."""
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-RUN = "and what lies there is run"
+TRUSTED = "and what lies there is trusted"
 INSTEAD = f"let {NAMED} name a folder of your own"
 OWN_MODE = 0o755
 """Of folders that are made: whoever may read them may, but only their owner writes."""
@@ -44,25 +44,21 @@ def cache_folder() -> Path | None:
 
 
 @lru_cache(maxsize=64)
-def is_own(folder: Path, package: Path | None = None) -> bool:
-    """Whether nobody else can write into a folder; a warning says why not.
-
-    package: of the code that runs, for folders in it; who can write there needs no cache to change
-    what is run.
-    """
-    why = why_refused(folder, package)
+def is_own(folder: Path) -> bool:
+    """Whether nobody else can write into a folder; a warning says why not."""
+    why = why_refused(folder)
     if why is not None:
         _log.warning("not used as a cache: %s", why)
     return why is None
 
 
-def why_refused(folder: Path, package: Path | None = None) -> str | None:
+def why_refused(folder: Path) -> str | None:
     """Why others could write into a folder, and what to type; None where they cannot.
 
     Of a folder that is not there, those above it count; those that cannot be asked about can be
-    neither read nor written. package: as of `is_own`.
+    neither read nor written.
     """
-    owners, shared = _trusted(package)
+    owners = {0, os.geteuid()}
     with suppress(OSError):
         whole = folder.absolute()
         for place in (whole, *whole.resolve().parents):
@@ -70,33 +66,18 @@ def why_refused(folder: Path, package: Path | None = None) -> str | None:
                 continue
             found, link = place.stat(), place.lstat()
             strangers = {found.st_uid, link.st_uid} - owners
-            beyond = found.st_mode & OTHERS_WRITE & ~shared
+            beyond = found.st_mode & OTHERS_WRITE
             if place != whole:  # The sticky bit keeps others from what is not theirs, as in /tmp.
                 sticky = found.st_mode & stat.S_ISVTX
                 strangers, beyond = set(), 0 if sticky else beyond & stat.S_IWOTH
             if strangers:
-                return f"{place} belongs to {_name_of(strangers.pop())}, {RUN}; {INSTEAD}"
+                return f"{place} belongs to {_name_of(strangers.pop())}, {TRUSTED}; {INSTEAD}"
             if beyond:
                 return (
                     f"{place}: others can write into it (mode {stat.S_IMODE(found.st_mode):o}), "
-                    f"{RUN}; empty it and type `chmod go-w {place}`, or {INSTEAD}"
+                    f"{TRUSTED}; empty it and type `chmod go-w {place}`, or {INSTEAD}"
                 )
     return None
-
-
-def is_own_file(found: os.stat_result, package: Path | None = None) -> bool:
-    """Whether nobody else wrote, or can write into, a file of such a folder."""
-    owners, shared = _trusted(package)
-    return found.st_uid in owners and not found.st_mode & OTHERS_WRITE & ~shared
-
-
-def _trusted(package: Path | None) -> tuple[set[int], int]:
-    """Users whose code is run anyway, and who else may write where that code lies."""
-    owners = {0, os.geteuid()}
-    if package is None:
-        return owners, 0
-    found = package.stat()
-    return owners | {found.st_uid}, found.st_mode & OTHERS_WRITE
 
 
 def make_own(folder: Path) -> None:

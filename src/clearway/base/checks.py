@@ -133,7 +133,7 @@ def points_of(name: str, values: Any) -> FloatArray:
 def take_floats(made: object, kind: type) -> None:
     """Make floats of what a frozen dataclass says are such, in what is one and has been checked.
 
-    Whole numbers, and those of numpy, would each ask for compiled loops of their own.
+    Numbers of 4 bytes would be added with their own roundings, whole ones divided as such.
     """
     for name in _floats_of(kind):
         number = getattr(made, name)

@@ -12,7 +12,7 @@ from typing import Any
 
 from clearway.base.version import __version__
 
-LIBRARIES = ("numpy", "numba")
+LIBRARIES = ("numpy",)
 CHUNK = 1 << 20
 
 _command: list[str] = []

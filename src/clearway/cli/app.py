@@ -40,7 +40,6 @@ from clearway.cli.risk import risk
 from clearway.cli.ros2 import ros2
 from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
-from clearway.cli.warm_up import warm_up
 
 COUNTING = ("velodyne_decoder", "ouster.sdk")
 """Modules made with nanobind, which tells on standard error what of theirs is left at the end."""
@@ -80,7 +79,6 @@ app.command("risk", cls=Command)(run_guarded(risk))
 app.command("ros2", cls=Command)(run_guarded(ros2))
 app.command("sample", cls=Command)(run_guarded(sample))
 app.command("traffic", cls=Command)(run_guarded(traffic))
-app.command("warm-up", cls=Command)(run_guarded(warm_up))
 app.command("alerts", cls=Command)(run_guarded(alerts))
 
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 from types import FrameType
 
 GRACE_S = 0.7
 """How long a command may take to come to Ctrl-C, before it is ended where it is."""
 INTERRUPTED = 130
-KERNELS = "clearway.base.kernels.interrupts"
 
 
 def end_soon_on_interrupt() -> None:
     """Raise KeyboardInterrupt at Ctrl-C as ever, but end the process where that does not come.
 
-    Compilers and parsers look at no signal before they are done. A thread ends the process then,
-    after it has removed the scratch folders. A handler that takes the place of this one, as of a
-    live session, is left alone.
+    Python handles no signal until a library returns. A thread then ends the process, after it has
+    removed the scratch folders. A handler that replaces this one, as in a live session, is left
+    alone.
     """
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         return
@@ -41,16 +39,9 @@ def end_soon_on_interrupt() -> None:
 
 def _watch(told: int, raised: threading.Event, handler: object) -> None:
     while numbers := os.read(told, 64):
-        if signal.SIGINT in numbers and not raised.wait(GRACE_S) and _is_due(handler):
+        is_due = signal.SIGINT in numbers and not raised.wait(GRACE_S)
+        if is_due and signal.getsignal(signal.SIGINT) is handler:
             _end()
-
-
-def _is_due(handler: object) -> bool:
-    """Whether the handler is there, or waits until compiled code is made."""
-    waits = getattr(sys.modules.get(KERNELS), "waits", None)
-    return signal.getsignal(signal.SIGINT) is handler or (
-        waits is not None and waits(signal.SIGINT) is handler
-    )
 
 
 def _end() -> None:

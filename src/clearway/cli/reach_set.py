@@ -14,7 +14,6 @@ from clearway.cli import reach_options as given
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.base.grid import AvoidanceGrid
     from clearway.io.results_folder import ResultsFolder
     from clearway.reach.coverage import Coverage
     from clearway.reach.tree import ReachSet
@@ -73,8 +72,6 @@ def reach_set(
     tuning |= {} if side_exits else {"side_exits": 0.0}
     start_pitch_rad = checked_pitch(start_pitch_deg, automaton)
     movements_deep(automaton, grid)  # Tells of a grid that no chain of movements should cross.
-    # Once on a small grid, so that the time printed is not the compiler's.
-    _warm_up(automaton, grid, method, start_pitch_rad, tuning)
     began = time.perf_counter()
     tree = build_reach_set(
         automaton, grid, method=method, start_pitch_rad=start_pitch_rad, **tuning
@@ -98,26 +95,6 @@ def checked_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float
     if not abs(pitch) <= (math.pi / 2 if limit is None else limit + 1e-9):
         raise ClearwayError(f"--start-pitch-deg: {start_pitch_deg} is beyond the pitch limit")
     return pitch
-
-
-def _warm_up(
-    automaton: MovementAutomaton,
-    grid: AvoidanceGrid,
-    method: str,
-    start_pitch_rad: float,
-    tuning: dict[str, float],
-) -> None:
-    """Load or make the compiled loops on the first layers alone."""
-    from clearway.base.grid import AvoidanceGrid
-    from clearway.reach.sets import build_reach_set
-
-    few = min(3, grid.layers)
-    small = AvoidanceGrid(
-        grid.range_edges_m[: few + 1],
-        grid.azimuth_edges_rad,
-        elevation_edges_rad=grid.elevation_edges_rad,
-    )
-    build_reach_set(automaton, small, method=method, start_pitch_rad=start_pitch_rad, **tuning)
 
 
 def _draw(tree: ReachSet, method: str, folder: ResultsFolder, pictures: Pictures) -> Path:

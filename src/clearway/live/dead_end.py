@@ -11,10 +11,9 @@ from clearway.avoidance.way_out import Escape
 from clearway.base.frames import FloatArray, length_of
 from clearway.base.state import State
 from clearway.live.detour import known_way
-from clearway.live.early_way import early_way, warm_up_early_way
+from clearway.live.early_way import early_way
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
-from clearway.live.open_way import any_way
 from clearway.live.route_map import RouteMap, turning_room_m
 from clearway.live.run_up import run_up
 from clearway.live.seen_route import MOST_LOOKED, SeenRoute, seen_route
@@ -239,25 +238,6 @@ def full_circle(knowledge: Knowledge) -> tuple[float, float]:
     if radius > 0.0:
         return radius, 2.0 * np.pi * radius / knowledge.planner.speed_mps
     return 0.0, STANDING_TURN * max(movement.duration_s for movement in automaton.movements)
-
-
-def warm_up_ways(knowledge: Knowledge, state: State) -> None:
-    """Compile and load what ways are looked for with."""
-    goal = knowledge.mission.goals_m[0]
-    free, routes = knowledge.sensing.free_space, knowledge.route_map
-    if free is None or routes is None:
-        way_round(knowledge, state.position_m, goal)
-        return
-    _take_in(knowledge, free.seen, state)
-    routes.aim(state.position_m[None])
-    routes.came_nearer(state.position_m, 1.0)
-    radius, _ = full_circle(knowledge)
-    run_up(routes.cells(), state.position_m, goal, radius, routes.rooms_m[1])
-    routes.spend(state.position_m)
-    seen_route(routes.cells(), state.position_m, goal, (goal,))
-    cells = routes.cells()
-    any_way(cells.price, cells.nearest_m, np.zeros(3), np.zeros(3), 0)
-    warm_up_early_way(routes.cells(), state.position_m, goal)
 
 
 def way_round(

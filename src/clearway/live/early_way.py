@@ -56,17 +56,6 @@ def early_way(
     return route.via_m(goal_m)
 
 
-def warm_up_early_way(cells: Cells, position_m: FloatArray, goal_m: FloatArray) -> None:
-    """Compile and load what finds one, as if all were barred."""
-    barred = cells._replace(price=np.full_like(cells.price, np.inf))
-    early_way(barred, position_m, goal_m)
-    # Near its goal, even so, the first of these lets nobody ask the others.
-    start = (position_m - cells.low_m) / cells.width_m
-    _lies_open(barred.price, start, start)
-    _opens_aside(barred.price, start, start + 1.0, 1.0)
-    _leads_past(barred.price, np.stack([start, start]), start)
-
-
 @compiled
 def _leads_past(price: Floats3, corners: Floats2, goal: Floats) -> bool:
     """Whether a way through corners [n, 3] was seen until nothing that is known stands between it

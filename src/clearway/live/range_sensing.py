@@ -20,7 +20,6 @@ from clearway.live.dynamic_objects import (
     Following,
     follow,
     forget_dynamic_objects,
-    warm_up_following,
 )
 from clearway.live.readings import DataLimits
 from clearway.sensors import (
@@ -38,7 +37,6 @@ from clearway.sensors import (
 )
 from clearway.sensors.detection import Rule
 from clearway.sensors.free_space import FreeSpace
-from clearway.sensors.range_sensor import passed_by
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
@@ -173,15 +171,6 @@ class RangeSensing:
         free.begin_at(place_m, _start_free_m(self._planner))
         for _, memory in self._believed_memories():
             free.withdraw_start(*memory.near(*free.start))
-
-    def warm_up(self, scan: Scan, state: State) -> None:
-        """Compile what only some readings ask for: those that others contradict, and those of a
-        body in motion, where such are followed."""
-        sensor = self.sensors[scan.sensor]
-        if self._court is not None:
-            passed_by(sensor, scan, state, state.position_m[None], np.ones(1), 0.0)
-        if self._following is not None and isinstance(sensor, LidarSensor):
-            warm_up_following(sensor.lidar, scan, state, self._memories[scan.sensor])
 
     def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
         """Find what moves, and leave no ghost of it behind."""

@@ -7,8 +7,7 @@ are counted by reason in `counts`, never silently lost.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -28,7 +27,7 @@ from clearway.base.state import State
 from clearway.live.alarms import AlarmFacts, AlarmWatch
 from clearway.live.alerting import TrafficPicture, traffic_picture
 from clearway.live.boldness import Insistence
-from clearway.live.dead_end import kept_up, out_of_dead_end, warm_up_ways
+from clearway.live.dead_end import kept_up, out_of_dead_end
 from clearway.live.flight_decision import FlightDecision
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Mode, Progress
@@ -36,22 +35,18 @@ from clearway.live.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import is_new, warm_up_moments, warm_up_more, with_something_near
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors import AnySensor, Lidar, Scan
+from clearway.sensors import AnySensor
 from clearway.sensors.detection import Rule
 from clearway.traffic import TrackerSettings
 from clearway.traffic.volumes import Alerts, VolumeSet
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
-WIND_MPS = np.array([0.1, 0.0, 0.0])
-"""Some wind, to warm up."""
-
 
 class AvoidanceSystem:
-    """Feed it with `update`, ask it with `due` and `decide`; call `warm_up` before take-off.
+    """Feed it with `update`, ask it with `due` and `decide`.
 
     Whoever asks tells the time, and readings are held against it: they wait for the next question.
     A clock that is set, either way, is counted and told; see `live.clock`.
@@ -98,7 +93,6 @@ class AvoidanceSystem:
         ground_m = _height_or_none("ground_m", ground_m)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
-        self._asked_for, self._lidars = planner, tuple(lidars)
         self.planner = planner = self.escape.flown_by(planner)
         self.obstacle_map = obstacle_map
         self.limits = limits or DataLimits()
@@ -117,11 +111,6 @@ class AvoidanceSystem:
         self.counts = self._known.counts
         self._insistence = Insistence(planner) if self.escape.insists else None
         self._detour = detour
-        self._detection_rule: Rule = detection_rule
-        self._ground_m = ground_m
-        self._tracker = tracker
-        self._address = address
-        self._follow_dynamic_objects = follow_movers
         self._plan = Plan(planner.automaton)
         self._volumes = volumes
         self._alerts = Alerts()
@@ -130,8 +119,6 @@ class AvoidanceSystem:
         self._alarm_watch = AlarmWatch(planner, tuple(lidars), promised)
         self._watch = PlanWatch(planner, self._known)
         self._told: dict[str, int] = {}
-        if is_new(self._kind):
-            self._make_ready()
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -212,62 +199,8 @@ class AvoidanceSystem:
         """
         return self._watch.due(self._plan, self._known.catch_up(now_s))
 
-    @property
-    def _kind(self) -> Hashable:
-        """What its decisions run, as far as that differs."""
-        sensors = tuple(type(sensor) for sensor in self._lidars)
-        settings, mapped = self.planner.settings, bool(self.obstacle_map)
-        spans = settings.obstacles_span_m is not None
-        return sensors, self.escape.flown, settings.rating, mapped, spans
-
-    def _on_trial(self) -> AvoidanceSystem:
-        """Another that decides as this one does, with something near."""
-        return AvoidanceSystem(
-            self._asked_for,
-            self.mission,
-            lidars=self._lidars,
-            obstacle_map=with_something_near(self.obstacle_map, self.planner, self.mission.start),
-            limits=self.limits,
-            detection_rule=self._detection_rule,
-            ground_m=self._ground_m,
-            follow_movers=self._follow_dynamic_objects,
-            tracker=self._tracker,
-            address=self._address,
-            volumes=self._volumes,
-        )
-
-    def _make_ready(self) -> None:
-        """Decide once on made-up data, so that even without `warm_up` the first decision of the
-        flight finds what it runs loaded."""
-        sensors = [lidar.name for lidar in self._lidars if isinstance(lidar, Lidar)]
-        moments = warm_up_moments(self.planner, self.mission.start, sensors)
-        time_s, readings = next(iter(moments))
-        trial = self._on_trial()
-        for reading in readings:
-            trial.update(reading)
-        with suppress(ClearwayError):  # Of a user's own code: flight will tell.
-            trial.decide(time_s)
-
     def warm_up(self) -> None:
-        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
-        planner, start = self.planner, self.mission.start
-        sensors = self._known.sensing.sensors
-        trial = self._on_trial()
-        for time_s, readings in warm_up_moments(planner, start, sensors):
-            for reading in readings:
-                trial.update(reading)
-            trial.decide(time_s)
-            trial._watch.endangered_at(trial._plan, time_s)
-            for scan in (reading for reading in readings if isinstance(reading, Scan)):
-                state = trial._known.own_states.at(time_s)
-                trial._known.sensing.warm_up(scan, state)
-        blind = self._on_trial()
-        blind.floor_m = float(start.position_m[2]) - planner.grid.range_m
-        blind.update(start)
-        blind.decide(start.time_s)  # No sensor tells anything, as where all fall silent.
-        warm_up_ways(trial._known, start)
-        warm_up_more(planner, trial.situation(time_s)[0])
-        planner.prepared_at(start).in_wind(WIND_MPS)
+        """Do nothing: all loops were compiled when clearway was built."""
 
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.

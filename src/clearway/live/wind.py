@@ -76,10 +76,6 @@ class _LatestSteps:
         latest = _latest_of(self._rows, self._first, self._end, window_s)
         self._first, self.lasts_s, self.fastest_mps = latest
 
-    def warm_up(self) -> None:
-        """Compile and load what steps are added with."""
-        _latest_of(self._rows, self._first, self._first, WINDOW_S)
-
     def clear(self) -> None:
         self._first, self.lasts_s, self.fastest_mps = self._end, 0.0, 0.0
 
@@ -132,10 +128,6 @@ class WindEstimate:
             _, self._sigma_mps = line_through(_columns(self._unfitted))
             self._unfitted = None
         return self._sigma_mps
-
-    def warm_up(self) -> None:
-        """Compile and load what takes own states."""
-        self._latest.warm_up()
 
     @property
     def steps(self) -> Steps:

@@ -89,7 +89,7 @@ class GuardMavlinkLink:
 def set_up_guard(
     file: MissionFile, options: SessionOptions, terms: GuardTerms, notice: Notice
 ) -> tuple[Loop, GuardMavlinkLink]:
-    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    """Everything loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
     counts: Counter[str] = Counter()
     frames = open_link(options.connect, counts)
@@ -110,8 +110,6 @@ def set_up_guard(
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
         notice_escape(guardian.escape, sensor, notice)
-        notice("warming up; the first run compiles, which takes a while")
-        guardian.warm_up()
         over = terms_of(file, setup, options)
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)
         session = GuardMavlinkSession(core, sensor, over, counts)

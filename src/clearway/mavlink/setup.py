@@ -9,11 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.way_out import Escape
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
-from clearway.live.detour import known_way
 from clearway.live.doubts import are_level
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
@@ -56,7 +54,7 @@ class SessionOptions:
 def set_up(
     file: MissionFile, options: SessionOptions, notice: Notice
 ) -> tuple[Loop, MavlinkLink[Session]]:
-    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    """Everything loaded and opened; raises InputError for what cannot be used."""
     key = None if options.signing_key is None else read_key(options.signing_key)
     _address(options.icao)  # Refused at once.
     counts: Counter[str] = Counter()
@@ -72,11 +70,9 @@ def set_up(
         for note in (*setup.notes, *setup.doubts):
             notice(note)
         setup.refuse_coarse_beams()
+        enu_from_geodetic(np.zeros(3), np.zeros(3))  # Loads geodesy before a message needs it.
         system = setup.system()
         notice_escape(system.escape, sensor, notice)
-        notice("warming up; the first run compiles, which takes a while")
-        system.warm_up()
-        _warm_up_more(setup)
         terms = terms_of(file, setup, options)
         core = Session(system, sensor, terms.session, counts)
         session = MavlinkSession(core, sensor, terms, counts)
@@ -157,15 +153,6 @@ def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
     outside = options.connect.startswith("udp") and ":127." not in options.connect
     if options.act and key is None and outside:
         notice("no --signing-key: whoever reaches this link can mislead the vehicle")
-
-
-def _warm_up_more(setup: FlightSetup) -> None:
-    """Load what is needed now and then only: geodesy, and the way out of a dead end."""
-    enu_from_geodetic([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-    range_m, margin = setup.planner.grid.range_m, setup.planner.settings.safety_margin_m
-    in_the_way = PointHazards(np.array([[0.5 * range_m, 0.0, 0.0]]), np.array([margin]))
-    ahead = np.array([range_m, 0.0, 0.0])
-    known_way(setup.obstacle_map, in_the_way, np.zeros(3), ahead, (margin,))
 
 
 def clear(link: FrameLink, counts: Counter[str]) -> None:

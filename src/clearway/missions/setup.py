@@ -19,7 +19,6 @@ from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.mission import Mission
 from clearway.live.preflight import EscapePlan, escape_plan
 from clearway.live.route import check_mission
-from clearway.live.warm_up import is_first_of
 from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
@@ -185,7 +184,7 @@ class FlightSetup:
             )
 
     def fly(self, on_decision: OnDecision | None = None) -> Run:
-        """Refuse or fly; the decisions of the flight never compile, a warm-up has done it."""
+        """Refuse or fly."""
         return self._flown(self.system(), on_decision)
 
     def fly_with(
@@ -217,9 +216,6 @@ class FlightSetup:
         scans: TakesScans | None = None,
     ) -> Run[D]:
         self.refuse_impossible()
-        told = (bool(self.obstacle_map), self.follow_movers, self.tracker, self.volumes)
-        if is_first_of(self.planner, pilot, (*told, *map(type, self.sensors))):
-            pilot.warm_up()
         traffic = self._traffic(deaf)
         lies = {lie.name: lie for lie in self.lies}
         scanners: list[Lidar | Scanner] = [lies.get(one.name, one) for one in self.sensors]

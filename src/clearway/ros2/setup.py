@@ -30,7 +30,6 @@ from clearway.ros2.ros2_link import Ros2Link
 from clearway.sensors import Lidar
 
 L = TypeVar("L", bound=Link)
-WARMING = "warming up; the first run compiles, which takes a while"
 CMD_VEL = (SetPointParameters(topic="cmd_vel", type="Twist"),)
 """What a guardian publishes where nothing else is said."""
 
@@ -70,7 +69,7 @@ class NodeSetup:
 def set_up(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, Ros2Link]:
-    """Everything compiled, loaded and opened; raises InputError for what cannot be used."""
+    """Everything loaded and opened; raises InputError for what cannot be used."""
     setup = NodeSetup.of(parameters, notice)
     for doubt in setup.flight.doubts:
         notice(doubt)
@@ -78,8 +77,6 @@ def set_up(
         notice("guard: is for `clearway guard`, left aside here")
     system = setup.flight.system()
     notice(str(system.escape))
-    notice(WARMING)
-    system.warm_up()
     terms = _terms(setup, parameters)
     session = Session(system, setup.sensor, terms, Counter())
 
@@ -103,8 +100,6 @@ def set_up_guard(
     acceleration = math.inf if given.acceleration_mps2 is None else given.acceleration_mps2
     guardian = setup.flight.guardian(given.hold_s, acceleration)
     notice(str(guardian.escape))
-    notice(WARMING)
-    guardian.warm_up()
     terms = _terms(setup, parameters)
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
 

@@ -85,7 +85,3 @@ class Pilot(Protocol[D]):
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, from the last decision on; None where nothing is decided."""
         ...
-
-    def warm_up(self) -> None:
-        """Compile and load all that a decision runs."""
-        ...

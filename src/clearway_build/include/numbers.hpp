@@ -309,7 +309,7 @@ template <Array X>
 RT_INLINE auto empty_like(const X& a) {
   return copy(a);
 }
-// Not-a-number last.
+// Not-a-number last; equal ones stay as they are, with every library alike.
 struct Ordered {
   template <class T>
   bool operator()(const T& a, const T& b) const {
@@ -319,7 +319,7 @@ struct Ordered {
 template <Array X>
 RT_INLINE void sort_in_place(const X& a) {
   static_assert(!X::strided && X::dims == 1, "contiguous, of one dimension");
-  std::sort(a.data, a.data + a.size(), Ordered{});
+  std::stable_sort(a.data, a.data + a.size(), Ordered{});
 }
 template <Array X>
 RT_INLINE auto sort(const X& a) {
@@ -327,11 +327,10 @@ RT_INLINE auto sort(const X& a) {
   sort_in_place(result);
   return result;
 }
+// All in order: what a partition leaves to chance differs from library to library.
 template <Array X>
-RT_INLINE auto partition(const X& a, i64 place) {
-  auto result = copy(a);
-  std::nth_element(result.data, result.data + place, result.data + result.size(), Ordered{});
-  return result;
+RT_INLINE auto partition(const X& a, i64) {
+  return sort(a);
 }
 template <class T = i64>
 RT_INLINE auto arange(i64 low, i64 high) {

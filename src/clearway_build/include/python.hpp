@@ -352,6 +352,7 @@ RT_INLINE T argument(PyObject* const* arranged, std::size_t at, Call& call) {
 }
 
 using Method = PyObject* (*)(PyObject*, PyObject* const*, Py_ssize_t, PyObject*);
+constexpr int METHOD = METH_FASTCALL | METH_KEYWORDS;
 inline PyCFunction as_method(Method method) {
   return reinterpret_cast<PyCFunction>(reinterpret_cast<void*>(method));
 }

@@ -11,8 +11,8 @@ from clearway_build.translate.program import Kernel, NotTranslatableError, Progr
 from clearway_build.translate.writes import Writes
 
 PARTS = (("obstacles", "sensors", "traffic"), ())
-"""Packages whose loops make one file of C++ each; the last takes all others. Each file holds all that
-its loops call too, so that the compiler can write it into them."""
+"""Packages whose loops make one file of C++ each; the last takes all others. Each file holds all
+that its loops call too, so that the compiler can write it into them."""
 READ = "read.txt"
 """The list of files of Python that all this was made from, a path a line."""
 
@@ -99,7 +99,7 @@ class Translated:
         loops = [self._loop(each) for each in bound]
         calls = [self._call(n, each) for n, each in enumerate(bound)]
         methods = [
-            f"  {{loops[{n}].name, rt::as_method(call_{n}), METH_FASTCALL | METH_KEYWORDS, nullptr}},"
+            f"  {{loops[{n}].name, rt::as_method(call_{n}), rt::METHOD, nullptr}},"
             for n in range(len(bound))
         ]
         parts.append("static const rt::Loop loops[] = {\n" + "\n".join(loops) + "\n};")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway_build.translate.kinds import SCALARS, Kinds, identifier, qualified
+from clearway_build.translate.kinds import Kinds, identifier, qualified
 from clearway_build.translate.program import (
     Kernel,
     NotTranslatableError,
@@ -62,52 +62,12 @@ RENAMED = {
     "fabs": "absolute",
     "abs": "absolute",
 }
-PLAIN = frozenset(
-    [
-        "sqrt",
-        "cos",
-        "sin",
-        "tan",
-        "acos",
-        "asin",
-        "atan",
-        "atan2",
-        "exp",
-        "expm1",
-        "log",
-        "log1p",
-        "erf",
-        "floor",
-        "ceil",
-        "rint",
-        "isnan",
-        "isinf",
-        "isfinite",
-        "hypot",
-        "copysign",
-        "nextafter",
-        "gcd",
-        "absolute",
-        "sum",
-        "mean",
-        "max",
-        "min",
-        "any",
-        "all",
-        "count_nonzero",
-        "sort",
-        "partition",
-        "flatnonzero",
-        "cumsum",
-        "diff",
-        "append",
-        "linspace",
-        "cross",
-        "empty_like",
-        "heappush",
-        "heappop",
-    ]
-)
+_PLAIN = """
+sqrt cos sin tan acos asin atan atan2 exp expm1 log log1p erf floor ceil rint isnan isinf
+isfinite hypot copysign nextafter gcd absolute sum mean max min any all count_nonzero sort
+partition flatnonzero cumsum diff append linspace cross empty_like heappush heappop
+"""
+PLAIN = frozenset(_PLAIN.split())
 """Functions of numpy, math and heapq that `numbers.hpp` has under the same name."""
 METHODS = {
     "sum": "sum",
@@ -123,29 +83,11 @@ METHODS = {
     "sort": "sort_in_place",
     "fill": "fill",
 }
-MAKES = frozenset(
-    [
-        "empty",
-        "zeros",
-        "ones",
-        "full",
-        "array",
-        "arange",
-        "linspace",
-        "copy",
-        "astype",
-        "sort",
-        "argsort",
-        "partition",
-        "flatnonzero",
-        "cumsum",
-        "diff",
-        "append",
-        "cross",
-        "empty_like",
-        "sum_of_rows",
-    ]
-)
+_MAKES = """
+empty zeros ones full array arange linspace copy astype sort argsort partition flatnonzero
+cumsum diff append cross empty_like sum_of_rows
+"""
+MAKES = frozenset(_MAKES.split())
 """Calls that take memory of the arena."""
 
 
@@ -172,7 +114,8 @@ def literal(value: Any) -> str:
         kind = CASTS[value.dtype.type]
         values = ", ".join(literal(each) for each in value.ravel().tolist())
         sizes = "".join(f", i64{{{n}}}" for n in value.shape)
-        return f"([] {{ static const {kind} values[] = {{{values}}}; return rt::table(values{sizes}); }}())"
+        table = f"static const {kind} values[] = {{{values}}};"
+        return f"([] {{ {table} return rt::table(values{sizes}); }}())"
     raise TypeError(f"{type(value).__name__} is no constant of the core")
 
 
@@ -388,8 +331,7 @@ class Expressions(ast.NodeVisitor):
         if name == "full":
             value = f"{self.visit(node.args[1])}, "
             if dtype is None:
-                known = self.constant(node.args[1])
-                kind = CASTS[type(known)] if type(known) in CASTS else "f64"
+                kind = CASTS.get(type(self.constant(node.args[1])), "f64")
                 return f"rt::full<{kind}>({value}{self._shape(shape)})"
         elif len(node.args) > 1:
             dtype = node.args[1]
@@ -433,6 +375,3 @@ class Expressions(ast.NodeVisitor):
         if name in PLAIN and not keywords:
             return f"rt::{name}({self.listed(arguments)})"
         raise self.fail(node, f"the call {ast.unparse(node)[:60]} is not in the subset")
-
-
-assert set(SCALARS.values()) >= {"f64", "i64", "bool"}

@@ -6,7 +6,7 @@ import ast
 
 from clearway_build.translate.expressions import Expressions
 from clearway_build.translate.kinds import Kinds, identifier
-from clearway_build.translate.program import Kernel, NotTranslatableError, Program
+from clearway_build.translate.program import Kernel, Program
 from clearway_build.translate.scopes import part_for
 
 SMALL = 120
@@ -67,7 +67,8 @@ class Function(Expressions):
                 return "i64"
             target, counted = statement.target, statement.iter
             if _is_enumerate(counted):
-                assert isinstance(counted, ast.Call) and isinstance(target, ast.Tuple)
+                assert isinstance(counted, ast.Call)
+                assert isinstance(target, ast.Tuple)
                 if self._picked(target.elts[0], name, name):
                     return "i64"
                 target, counted = target.elts[1], counted.args[0]
@@ -125,16 +126,16 @@ class Function(Expressions):
         if not isinstance(node.value, ast.Constant):
             self.write(f"{self.visit(node.value)};")
 
-    def visit_Pass(self, node: ast.Pass) -> None:
+    def visit_Pass(self, _: ast.Pass) -> None:
         pass
 
-    def visit_Delete(self, node: ast.Delete) -> None:
+    def visit_Delete(self, _: ast.Delete) -> None:
         pass
 
-    def visit_Break(self, node: ast.Break) -> None:
+    def visit_Break(self, _: ast.Break) -> None:
         self.write("break;")
 
-    def visit_Continue(self, node: ast.Continue) -> None:
+    def visit_Continue(self, _: ast.Continue) -> None:
         self.write("continue;")
 
     def visit_Return(self, node: ast.Return) -> None:
@@ -277,6 +278,3 @@ def _is_range(node: ast.expr) -> bool:
 
 def _is_enumerate(node: ast.expr) -> bool:
     return isinstance(node, ast.Call) and ast.unparse(node.func) == "enumerate"
-
-
-__all__ = ["Function", "NotTranslatableError"]

@@ -29,78 +29,14 @@ ELEMENTS = {
 }
 """By the names of `clearway.base.arrays`; a digit after one is the number of dimensions."""
 ARRAY = re.compile(rf"(Strided)?({'|'.join(ELEMENTS)})(\d?)")
-RESERVED = frozenset(
-    [
-        "alignas",
-        "alignof",
-        "and",
-        "asm",
-        "auto",
-        "bool",
-        "break",
-        "case",
-        "catch",
-        "char",
-        "class",
-        "const",
-        "continue",
-        "default",
-        "delete",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "explicit",
-        "export",
-        "extern",
-        "false",
-        "float",
-        "for",
-        "friend",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "mutable",
-        "namespace",
-        "new",
-        "not",
-        "operator",
-        "or",
-        "private",
-        "protected",
-        "public",
-        "register",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "template",
-        "this",
-        "throw",
-        "true",
-        "try",
-        "typedef",
-        "typename",
-        "union",
-        "unsigned",
-        "using",
-        "virtual",
-        "void",
-        "volatile",
-        "while",
-        "xor",
-        "std",
-        "rt",
-        "clearway",
-        "unix",
-        "linux",
-    ]
-)
+_WORDS = """
+alignas alignof and asm auto bool break case catch char class const continue default delete
+do double else enum explicit export extern false float for friend goto if inline int long
+mutable namespace new not operator or private protected public register return short signed
+sizeof static struct switch template this throw true try typedef typename union unsigned
+using virtual void volatile while xor std rt clearway unix linux
+"""
+RESERVED = frozenset(_WORDS.split())
 
 
 def identifier(name: str) -> str:

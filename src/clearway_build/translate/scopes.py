@@ -142,10 +142,9 @@ class Scopes:
         if name in self.hoisted_to:
             place = self.hoisted_to[name]
             return self.blocks[id(place)] in line and place.lineno <= before.lineno
-        place = self.declared_by.get(name)
-        if place is None:
+        if name not in self.declared_by:
             return name in self.parameters
-        block = self.uses[name][0].block
+        place, block = self.declared_by[name], self.uses[name][0].block
         return block in line and place.lineno < before.lineno
 
     def is_local(self, name: str) -> bool:

@@ -16,8 +16,7 @@ from clearway.base.variants import Variants
 def _own(label: str, found: Any) -> Rule:
     """The rule; a function is called by its own name. Its verdicts are checked in flight."""
     if isinstance(found, Rule):
-        warm_up = None if found.warm_up is None else guarded(label, found.warm_up)
-        return replace(found, verdict=_checked(label, found.verdict), warm_up=warm_up)
+        return replace(found, verdict=_checked(label, found.verdict))
     function = callable_own(label, found, ("view",))
     name = str(getattr(found, "__name__", label)).replace("_", " ")
     return Rule(name, _checked(label, function))

@@ -100,8 +100,6 @@ class Rule:
     verdict: RuleFunction
     volumes: tuple[Obstacle, ...] = ()
     """Places that it is about, for pictures."""
-    warm_up: Callable[[RuleView], object] | None = None
-    """Compiles and loads what the verdict runs only where the rule is concerned."""
 
 
 @dataclass(frozen=True)

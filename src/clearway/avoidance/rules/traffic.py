@@ -87,12 +87,7 @@ def right_of_way() -> Rule:
                 forbidden |= crossings_ahead(view.reach_set, moving) > 0
         return Verdict("; ".join(reasons), forbidden) if reasons else None
 
-    def warm_up(view: RuleView) -> None:
-        one = MovingHazards(np.zeros((1, 3)), np.zeros((1, 3)), *(np.zeros(1) for _ in range(4)))
-        passed_on(view.reach_set, one, _left_of(view))
-        crossings_ahead(view.reach_set, one)
-
-    return Rule("right of way", verdict, warm_up=warm_up)
+    return Rule("right of way", verdict)
 
 
 def encounter_kinds(view: RuleView) -> list[tuple[int, EncounterKind]]:

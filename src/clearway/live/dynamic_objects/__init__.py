@@ -7,7 +7,6 @@ from clearway.live.dynamic_objects.following import (
     follow,
     forget_dynamic_objects,
     unreported,
-    warm_up_following,
 )
 from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 
@@ -20,5 +19,4 @@ __all__ = [
     "follow",
     "forget_dynamic_objects",
     "unreported",
-    "warm_up_following",
 ]

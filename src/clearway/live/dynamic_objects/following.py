@@ -268,12 +268,3 @@ def _first_motion(
     motion = fit_motion(sightings)
     slowest = max(settings.slowest_mps, CERTAIN * motion.velocity_std_mps)
     return motion if motion.misfit <= CONSISTENT and motion.speed_mps >= slowest else None
-
-
-def warm_up_following(lidar: Lidar, scan: Scan, state: State, memory: PointMemory) -> None:
-    """Compile what only a body in motion asks for: whether beams pass its place, and forgetting."""
-    frame = frame_of(lidar, scan, state, 3.0)
-    is_passed(frame, state.position_m, 0.1)
-    if len(memory.position_m):
-        place = memory.position_m[0]
-        forget_moved(memory, place, np.zeros(3), state.time_s, 1e-6, -np.inf)

@@ -44,7 +44,7 @@ class Wished(NamedTuple):
 class GuardSession(Hearing):
     """Feed it with the `hear_` methods, and ask it with `tick` at a set rate.
 
-    guardian: warmed up, with `sensor` as its only LiDAR (None where there is none). wish_s: for how
+    guardian: with `sensor` as its only LiDAR (None where there is none). wish_s: for how
     long a wish counts after it came; after that what is in hand is flown on. Before the first wish
     nothing is sent.
     """

@@ -41,7 +41,6 @@ from clearway.live.link.set_point import SetPoint
 from clearway.live.mission import Mission, Mode
 from clearway.live.preflight import escape_plan
 from clearway.live.readings import DataLimits, Reading
-from clearway.live.warm_up import warm_up_moments, with_something_near
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
 from clearway.sensors.detection import Rule
@@ -174,25 +173,6 @@ class Guardian:
         """Take in what has come, held against the time; every question does so itself. For whoever
         has time before the next wish: a scan then costs that wish nothing."""
         self._known.catch_up(now_s)
-
-    def warm_up(self) -> None:
-        """Compile and load all that runs, on made-up data; nothing is kept of it."""
-        trial = Guardian(
-            self.planner,
-            self._mission.start,
-            lidars=self._lidars,
-            obstacle_map=with_something_near(self.obstacle_map, self.planner, self._mission.start),
-            limits=self._limits,
-            hold_s=self.hold_s,
-            acceleration_mps2=self.acceleration_mps2,
-            **self._arguments,
-        )
-        sensors = trial._known.sensing.sensors
-        for time_s, readings in warm_up_moments(self.planner, self._mission.start, sensors):
-            for reading in readings:
-                trial.update(reading)
-            trial.guard_velocity(np.zeros(3), time_s)
-            trial.guard_velocity([10.0 * self.planner.speed_mps, 0.0, 0.0], time_s)
 
     # --- wishes ---------------------------------------------------------------------------
 

@@ -38,7 +38,7 @@ FARTHEST_GOAL_M = 1e6
 class Session(Hearing):
     """Feed it with the `hear_` methods, and ask it with `tick` at a set rate.
 
-    system: warmed up, with `sensor` as its only LiDAR (None where the mission has none). counts
+    system: with `sensor` as its only LiDAR (None where the mission has none). counts
     grows by data that are left out, by reason.
     """
 

@@ -5,13 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-import numpy as np
-
-from clearway.avoidance.hazards import PointHazards
 from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
 from clearway.base.brief import brief
-from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Mission, Mode
@@ -94,24 +89,3 @@ class BaselinePilot:
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, from the last decision on; None outside what it says."""
         return self._buffer.held_from(time_s, TIME_TOLERANCE_S)
-
-    def warm_up(self) -> None:
-        """Compile and load all that a decision runs, on made-up data; nothing is kept of it."""
-        self._knowledge.warm_up()
-        start, grid = self.mission.start, self.planner.grid
-        ahead = 0.3 * grid.range_m * start.world_from_body[:, 0]
-        seen = PointHazards(start.position_m + _fan(ahead), np.full(9, 0.1))
-        situation = Situation(
-            state=start,
-            target_m=self.mission.goals_m[-1] + grid.range_m,
-            remembered=seen,
-            obstacle_map=self._knowledge.obstacle_map,
-        )
-        self._rule(situation, self._rule(situation, None))
-
-
-def _fan(ahead: FloatArray) -> FloatArray:
-    """[9, 3] points ahead and beside, within half their distance."""
-    steps = 0.5 * float(np.linalg.norm(ahead)) * np.array([-1.0, 0.0, 1.0])
-    y, z = np.meshgrid(steps, steps, indexing="ij")
-    return ahead + np.stack([np.zeros(9), y.ravel(), z.ravel()], axis=1)
