@@ -341,6 +341,10 @@ struct List {
   std::vector<T> values;
   i64 size() const { return static_cast<i64>(values.size()); }
 };
+template <class X>
+inline constexpr bool is_list = false;
+template <class T>
+inline constexpr bool is_list<List<T>> = true;
 template <class T, Integer I>
 RT_INLINE T at(const List<T>& list, I index) {
   return list.values[static_cast<std::size_t>(place_of(index, list.size()))];
@@ -446,7 +450,7 @@ template <class X>
 concept Record = requires { std::decay_t<X>::record_name; };
 template <int K, class X>
 RT_INLINE auto sub(const X& from) {
-  if constexpr (Array<X> || requires { from.values; }) {
+  if constexpr (Array<X> || is_list<X>) {
     return get(from, i64{K});
   } else if constexpr (Record<X>) {
     return sub<K>(from.parts());
@@ -472,8 +476,8 @@ template <class X>
 RT_INLINE i64 len(const X& of) {
   if constexpr (Array<X>)
     return of.n[0];
-  else if constexpr (requires { of.size(); })
-    return static_cast<i64>(of.size());
+  else if constexpr (is_list<X>)
+    return of.size();
   else
     return static_cast<i64>(std::tuple_size_v<X>);
 }
