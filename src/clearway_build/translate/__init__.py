@@ -140,7 +140,8 @@ class Translated:
             f"  PyArrayObject* arrays[{max(1, len(self._arrays(function.kernel)))}];\n"
             f"  const rt::Loop& loop = loops[{number}];\n"
             f"  if (!rt::arrange(loop, {count}, given, count, names, a)) return nullptr;\n"
-            f"  rt::Call call(loop, arrays);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
+            "  rt::Call call(loop, arrays);\n  try {\n    const rt::Scope scope;\n"
+            f"{read}    {made}\n"
             "  } catch (...) {\n    return rt::failed(call);\n  }\n}"
         )
 
