@@ -14,7 +14,7 @@ PARTS = (("obstacles", "sensors", "traffic"), ())
 """Packages whose loops make one file of C++ each; the last takes all others. Each file holds all
 that its loops call too, so that the compiler can write it into them."""
 READ = "read.txt"
-"""The list of files of Python that all this was made from, a path a line."""
+"""The list of files that loops and what they name stand in, a path a line."""
 
 
 def write_sources(source: Path, out: Path) -> list[Path]:
@@ -23,6 +23,7 @@ def write_sources(source: Path, out: Path) -> list[Path]:
     Raises NotTranslatableError, with all places, for what is not in the subset of Python.
     """
     translated = Translated(source)
+    read = sorted(str(path.relative_to(source)) for path in translated.program.files())
     out.mkdir(parents=True, exist_ok=True)
     named = {package for packages in PARTS for package in packages}
     paths = []
@@ -38,7 +39,6 @@ def write_sources(source: Path, out: Path) -> list[Path]:
         paths.append(path)
     path = out / "module.cpp"
     _write(path, _module(len(PARTS), translated.functions))
-    read = sorted(str(each.relative_to(source)) for each in translated.program.files())
     _write(out / READ, "\n".join(read) + "\n")
     return [*paths, path]
 
