@@ -136,7 +136,7 @@ def planner():  # type: ignore[no-untyped-def]
 
 def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-untyped-def]
     """Near obstacles close one side; the aircraft kilometres off is passed on the other."""
-    keeps = replace(planner, settings=replace(planner.settings, volumes=SMALL))
+    keeps = planner.changed(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     intruder = cw.Intruder(np.array([2500.0, 100.0, 0.0]), np.array([-50.0, 0.0, 0.0]), name="x")
 
@@ -164,7 +164,7 @@ def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-unty
 
 
 def test_a_decision_stays_with_the_side_of_the_last_one(planner) -> None:  # type: ignore[no-untyped-def]
-    keeps = replace(planner, settings=replace(planner.settings, volumes=SMALL))
+    keeps = planner.changed(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     chosen = []
     before = None
