@@ -37,7 +37,7 @@ def decided(number: Callable[[float], float], escape: str) -> tuple[object, ...]
         ground_m=number(-9),
     )
     system.update(start)
-    system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), "one"))
+    system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), sensor="one"))
     system.update(cw.Intruder([8.0, 2.0, 0.0], [-1.0, 0.0, 0.0], radius_m=number(1), name="a"))
     decision = system.decide(number(0)).decision
     return decision.movements, decision.choice.clearance_m, decision.choice.cost_m

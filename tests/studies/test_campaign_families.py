@@ -243,3 +243,10 @@ def test_a_world_anywhere_is_the_same_seen_from_its_start(family: str) -> None:
     assert np.abs(start.position_m - np.round(start.position_m)).min() > 1e-6
     again = make_case(family, 4, {"anywhere": True}, {}, Path()).setup
     assert np.array_equal(again.mission.start.vector, start.vector)
+
+
+def test_a_place_may_have_a_sensor_of_ones_own_with_settings() -> None:
+    mission = REPOSITORY / "examples" / "missions" / "own-parts.toml"
+    case = make_case("place", 3, {"mission": str(mission)}, {}, REPOSITORY)
+    assert [one.name for one in case.setup.sensors] == ["lidar", "radar"]
+    assert case.setup.simulation.seed == 3

@@ -158,8 +158,8 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
 def grazing_of(arrived: Arrival, goal: Goal) -> FloatArray:
     """[nodes] how little of the reach radius paths that come to the goal enter, from 0 to 1."""
     grazing = np.zeros(len(arrived.reached))
-    there = np.flatnonzero(arrived.reached)
-    if len(there):
+    if not arrived.is_beyond:
+        there = np.flatnonzero(arrived.reached)
         grazing[there] = (arrived.miss_m[there] / goal.reach_radius_m) ** 4
     return grazing
 

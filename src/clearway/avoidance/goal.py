@@ -46,15 +46,15 @@ class Arrival:
 
     __repr__ = brief
 
-    @property
+    @cached_property
     def reached(self) -> BoolArray:
         """[nodes] the path to the node's end comes within the reach radius of the target."""
-        return self._nowhere if self._is_beyond else self._measured[0]
+        return self._nowhere if self.is_beyond else self._measured[0]
 
-    @property
+    @cached_property
     def first(self) -> BoolArray:
         """[nodes] it does so in this movement."""
-        return self._nowhere if self._is_beyond else self._measured[1]
+        return self._nowhere if self.is_beyond else self._measured[1]
 
     @property
     def miss_m(self) -> FloatArray:
@@ -62,7 +62,8 @@ class Arrival:
         return self._measured[2]
 
     @cached_property
-    def _is_beyond(self) -> bool:
+    def is_beyond(self) -> bool:
+        """Whether the goal is farther than any path leads."""
         within_m = self.reach_m + self.goal.reach_radius_m
         return length_of(self.goal.target_m) > ROUNDED_UP * within_m
 

@@ -208,7 +208,7 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
 
 def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
     """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final or not np.count_nonzero(arrived.reached):
+    if not goal.final or arrived.is_beyond or not np.count_nonzero(arrived.reached):
         return prepared.ends if prepared.may_stay else prepared.leading_on
     complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
     ends = ends_of(prepared, complete)

@@ -92,6 +92,10 @@ class SensorSection(Section):
     settings: dict[str, Any] = Field(default={})
     """Whatever the kind takes; of `lidar` the keys of `[[lidar]]`."""
 
+    def __hash__(self) -> int:
+        """Of the kind alone: settings can be told apart, but not hashed."""
+        return hash(self.kind)
+
     def to_sensor(self, grid: AvoidanceGrid) -> AnyKind:
         """The sensor; raises InputError for settings that it refuses."""
         return SENSORS.named(self.kind)(grid, self.settings)

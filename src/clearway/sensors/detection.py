@@ -131,7 +131,8 @@ class Detection:
     @property
     def seen(self) -> BoolArray:
         """[cells] true where some beam looks into the cell's column."""
-        return np.tile(np.asarray(self.beams) > 0, self.grid.layers)
+        looks = np.asarray(self.beams) > 0
+        return np.repeat(looks[None], self.grid.layers, axis=0).ravel()
 
 
 OF_RETURNS = ("points_m", "radius_m")

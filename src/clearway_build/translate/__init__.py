@@ -126,26 +126,36 @@ class Translated:
             for n, kind in enumerate(function.parameters)
         )
         result = f"{name}({', '.join(f'x{n}' for n in range(count))})"
-        if function.returned == "void":
+        kind = function.returned
+        if kind == "void":
             made = f"{result};\n    Py_INCREF(Py_None);\n    return Py_None;"
         else:
-            made = f"return rt::Value<{function.returned}>::make({result}, call);"
+            made = (
+                f"const {kind} result = {result};\n    const rt::NoCollection none;\n"
+                f"    return rt::Value<{kind}>::make(result, call);"
+            )
         return (
             f"static PyObject* call_{number}(PyObject*, PyObject* const* given, Py_ssize_t count, "
             f"PyObject* names) {{\n  PyObject* a[{max(1, count)}];\n"
+            f"  PyArrayObject* arrays[{max(1, len(self._arrays(function.kernel)))}];\n"
             f"  const rt::Loop& loop = loops[{number}];\n"
             f"  if (!rt::arrange(loop, {count}, given, count, names, a)) return nullptr;\n"
-            f"  rt::Call call(loop);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
+            "  rt::Call call(loop, arrays);\n  try {\n    const rt::Scope scope;\n"
+            f"{read}    {made}\n"
             "  } catch (...) {\n    return rt::failed(call);\n  }\n}"
         )
 
-    def _loop(self, function: Function) -> str:
-        kernel = function.kernel
-        arrays = [
+    def _arrays(self, kernel: Kernel) -> list[tuple[str, ...]]:
+        """The paths of all arrays that a loop takes, in order."""
+        return [
             path
             for each in kernel.parameters
             for path in self.kinds.arrays(kernel.module, each.annotation, (each.arg,))
         ]
+
+    def _loop(self, function: Function) -> str:
+        kernel = function.kernel
+        arrays = self._arrays(kernel)
         written = self.writes[kernel]
         flags = "".join(
             "w" if any(path[: len(each)] == each for each in written) else "r" for path in arrays
