@@ -1,8 +1,8 @@
 """A decision that is past: all that is told of it, in a fraction of the memory.
 
 Most of what a decision was derived from is the returns that it kept clear of: hundreds of
-kilobytes. Of a past one they are merged in voxels. Cells and ratings are packed without loss. What
-follows from the own state and the map is worked out again when somebody asks.
+kilobytes. Of a past one they are merged in voxels. Evidence is packed without loss. What follows
+from it, from the own state and from the map is worked out again when somebody asks.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which candidate passes, and what it stands on: one compiled call from prices to the choice.
+"""Which candidate passes, and what it stands on.
 
 Candidates are looked at in tiers, the best first: those rated above the threshold, those that only
 verification is for, those that break a rule, and at last all again without room to circle.
