@@ -13,7 +13,7 @@ from scipy.stats import ncx2, norm
 import clearway as cw
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.long_range.profiles import SECONDS, Motion, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, in_disc, in_slab, rated
+from clearway.avoidance.long_range.rating import Other, across_disc, in_slab, rated
 from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, Sense, resolve
 from clearway.avoidance.long_range.two_horizons import WAVERS_S
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT
@@ -33,7 +33,8 @@ def other(position, velocity, std_m=15.0):  # type: ignore[no-untyped-def]
 @given(st.floats(0.0, 4000.0), st.floats(1.0, 3000.0), st.floats(50.0, 1500.0))
 def test_the_chance_of_a_disc_is_near_the_exact_one(apart, std, radius) -> None:  # type: ignore[no-untyped-def]
     exact = ncx2.cdf((radius / std) ** 2, 2, (apart / std) ** 2)
-    assert in_disc(apart, std, radius) == pytest.approx(float(exact), abs=0.08)
+    disc = across_disc(std, radius) * in_slab(apart, std, radius)
+    assert disc == pytest.approx(float(exact), abs=0.08)
     slab = norm.cdf((radius - apart) / std) - norm.cdf((-radius - apart) / std)
     assert in_slab(apart, std, radius) == pytest.approx(float(slab), abs=1e-9)
 
