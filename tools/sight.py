@@ -18,8 +18,8 @@ import numpy as np
 
 from clearway.avoidance.escape.finder import STANDING, WaysOut
 from clearway.avoidance.escape.legs import EscapeTerms, leg_keeps
-from clearway.avoidance.escape.terms import carried_m, terms_of
-from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.escape.terms import carried_m, make_escape_terms
+from clearway.avoidance.plan.evidence import gather_in_reach
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
@@ -137,13 +137,18 @@ class Watched(AvoidanceSystem):
         library = planner.escapes
         assert library is not None
         reach_m = planner.escape_reach_m + carried_m(planner, situation)
-        near = in_reach(planner, situation, max(reach_m, planner.grid.range_m), planner.horizon_s)
+        near = gather_in_reach(
+            planner, situation, max(reach_m, planner.grid.range_m), planner.horizon_s
+        )
         first = library.automaton.names.index(movement)
         if WaysOut(planner, library, situation, near).after(first) is not None:
             return "an escape"
         roll, pitch, _ = situation.state.attitude_rad.tolist()
         legs, at = library.legs_at(roll, pitch), library.nearest(roll, pitch)
-        terms, end_s = terms_of(planner, library, situation, near), float(legs.duration_s[first])
+        terms, end_s = (
+            make_escape_terms(planner, library, situation, near),
+            float(legs.duration_s[first]),
+        )
         path, then = legs.path[at, first], int(legs.following[at, first])
         if not leg_keeps(STANDING, path, float(legs.sagitta_m[at, first]), 0.0, end_s, terms):
             return "nothing"

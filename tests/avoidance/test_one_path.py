@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from clearway.avoidance.choose.candidates import Candidates, Commitment, Side, log_ratings
 from clearway.avoidance.choose.tiers import NO_LOITER as LAST
-from clearway.avoidance.choose.tiers import NodeRatings, in_order, picked
+from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidate
 from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.clear.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.decide import decide
@@ -93,7 +93,7 @@ def test_the_pick_is_the_first_of_the_first_tier_that_has_one(
     loiter = loiter_circles(REACH_SET, 3.8) if circles else NO_LOITER
     paths = PREPARED.paths
     unknown = np.full((REACH_SET.nodes, 3), np.nan)
-    found = picked(
+    found = pick_candidate(
         paths,
         some,
         by,

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import clearway as cw
-from clearway.base.checks import points_of
+from clearway.base.checks import check_points
 from clearway.base.errors import ClearwayError
 from clearway.live import AvoidanceSystem
 from worlds_for_tests import GRID, LIDAR, mission, planner
@@ -80,12 +80,12 @@ def test_masked_points_of_a_scan_are_no_points() -> None:
 def test_places_are_never_laid_out_anew(shape: tuple[int, ...]) -> None:
     values = np.arange(float(np.prod(shape, dtype=int))).reshape(shape)
     if shape == (3,):
-        assert points_of("there", values).tolist() == [values.tolist()]
+        assert check_points("there", values).tolist() == [values.tolist()]
     elif shape == (0,) or (len(shape) == 2 and shape[1] == 3):
-        assert points_of("there", values).tolist() == values.tolist()
+        assert check_points("there", values).tolist() == values.tolist()
     else:
         with pytest.raises(ClearwayError, match="there: must have shape"):
-            points_of("there", values)
+            check_points("there", values)
 
 
 @pytest.mark.parametrize("kind", [int, np.float32, np.int64, np.array, bool])

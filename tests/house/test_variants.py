@@ -20,19 +20,19 @@ from clearway.avoidance.rules.airspace import altitude_floor
 from clearway.avoidance.rules.own import OWN_RULES
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.variants import Variants
-from clearway.io.maps.map_formats import FORMATS as MAPS
 from clearway.io.maps.map_formats import JSON_FORMATS
-from clearway.io.poses.pose_file import FORMATS as POSES
-from clearway.io.scans.scan_formats import FORMATS as SCANS
+from clearway.io.maps.map_formats import MAP_FORMATS as MAPS
+from clearway.io.poses.pose_file import POSE_FORMATS as POSES
+from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
 from clearway.io.toml import parse_model
-from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.planned import PLANS
 from clearway.missions.rule_sections import RulesSection, mission_rules
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS, AnyKind
 from clearway.reach import METHODS
-from clearway.reach.choose.covering import flying
+from clearway.reach.choose.covering import select_for_flying
 from clearway.sensors import COMBINE_RULES
 from clearway.sensors.cells.detection import RULES
 from clearway.sim.baselines import PLANNERS
@@ -113,7 +113,7 @@ def test_a_new_rating_needs_no_other_place(tmp_path: Path, monkeypatch: pytest.M
 def test_a_new_keep_rule_needs_no_other_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(METHODS.built_in, "throw-away", flying)
+    monkeypatch.setitem(METHODS.built_in, "throw-away", select_for_flying)
     for command in (("assess",), ("reach-set",)):
         assert "throw-away" in told(tmp_path, *command)
     table = {"reach_set": {"method": "throw-away"}}

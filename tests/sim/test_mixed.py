@@ -19,7 +19,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.scripted import ScriptedIntruder, Traffic
-from clearway.sim.worlds import FAMILIES
+from clearway.sim.worlds import WORLD_FAMILIES
 from worlds_for_tests import LIDAR, mission
 
 MARGIN_M, RADIUS_M = 0.6, 0.6
@@ -187,6 +187,6 @@ def test_silent_traffic_reports_nothing_and_is_seen_where_it_was() -> None:
 
 
 def test_no_made_up_world_takes_the_name_of_a_mission() -> None:
-    assert not set(FAMILIES) & set(built_in_missions())
+    assert not set(WORLD_FAMILIES) & set(built_in_missions())
     for name in built_in_missions():
         assert read_mission(name).effective() == read_mission_file(name).effective()

@@ -22,7 +22,7 @@ from clearway.live.link.session import Session
 from clearway.live.mission import Mission
 from clearway.reach import ReachLibrary
 from clearway.ros2.bus import Quality, TopicMessage
-from clearway.ros2.messages import made, packed, unpacked
+from clearway.ros2.messages import made, pack_message, unpacked
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
 from clearway.ros2.told import header, point, turned
@@ -80,7 +80,7 @@ class LocalBus:
     def close(self) -> None: ...
 
     def tell(self, topic: str, message: Any) -> None:
-        raw = message if isinstance(message, bytes) else packed(message)
+        raw = message if isinstance(message, bytes) else pack_message(message)
         self.came.append(TopicMessage(topic, self.kinds.get(topic, "?"), raw))
 
 

@@ -15,7 +15,7 @@ from clearway.studies.encounter_model import EncounterModel, sample_tracks
 from clearway.traffic.growth import Growth, TwoKinds
 from clearway.traffic.recorded import Aircraft
 from clearway.traffic.recorded.geodesy import planar_offset_m
-from clearway.traffic.recorded.samples import sample
+from clearway.traffic.recorded.samples import sample_aircraft
 from clearway.traffic.tracking.smooth import CLIMBS_MPS, TURNS_RPS
 
 BEFORE_S = 20
@@ -72,7 +72,7 @@ def strays_of_model(model: EncounterModel, count: int, ahead_s: Sequence[int], s
 def strays_of_recording(aircraft: Sequence[Aircraft], ahead_s: Sequence[int]) -> Strays:
     """Of recorded tracks by the velocities that they report, every 20 s; heights barometric where
     known, climbs the mean of the last 10 s."""
-    samples = sample(aircraft)
+    samples = sample_aircraft(aircraft)
     rows: list[tuple[float, bool, bool, list[float], list[float], str]] = []
     height = np.where(np.isnan(samples.barometric_m), samples.geometric_m, samples.barometric_m)
     for number, one in enumerate(aircraft):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 ESTIMATE = "Full reach set"
 
 
-def compare(
+def compare_reach_methods(
     layers: given.Layers = 15,
     range_m: given.RangeM = None,
     columns: given.Columns = 7,
@@ -44,11 +44,13 @@ def compare(
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Measure every method on one grid, beside the paper's table 6.1."""
-    from clearway.reach.compare.comparison import compare as compared
+    from clearway.reach.compare.comparison import compare_methods as compared
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = given.folder_of(out, "reach-set-compare") if plots else None
-    automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    folder = given.check_picture_folder(out, "reach-set-compare") if plots else None
+    automaton = given.build_option_automaton(
+        speed, turn_step_deg, duration, pitch_limit_deg, movements
+    )
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
     )

@@ -16,7 +16,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import unreported
@@ -182,7 +182,7 @@ class Knowledge:
         if flown_m is not None:
             off_m = self.wind.unexplained_m(latest, state, flown_m)
         else:
-            moved_m = length_of(state.position_m - latest.position_m)
+            moved_m = measure_length(state.position_m - latest.position_m)
             off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)

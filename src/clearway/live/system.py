@@ -19,7 +19,7 @@ from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
+from clearway.base.checks import LARGEST, check_points, kind_of, number_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -271,7 +271,7 @@ class AvoidanceSystem:
         known.mission = Mission(
             "a new goal",
             known.own_states.latest,
-            waypoints_m=points_of("fly_to", place_m),
+            waypoints_m=check_points("fly_to", place_m),
             reach_radius_m=radius,
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))

@@ -130,7 +130,7 @@ class Sectors:
         return np.asarray(np.minimum.reduce(distances))
 
 
-def scan_of(
+def make_sector_scan(
     sectors: Sectors,
     lidar: Lidar,
     state: State,

@@ -51,7 +51,7 @@ class SessionOptions:
     """Ask for streams and parameters though read-only."""
 
 
-def set_up(
+def set_up_mavlink(
     file: MissionFile, options: SessionOptions, notice: Notice
 ) -> tuple[Loop, MavlinkLink[Session]]:
     """Everything loaded and opened; raises InputError for what cannot be used."""
@@ -73,7 +73,7 @@ def set_up(
         enu_from_geodetic(np.zeros(3), np.zeros(3))  # Loads geodesy before a message needs it.
         system = setup.system()
         notice_escape(system.escape, sensor, notice)
-        terms = terms_of(file, setup, options)
+        terms = make_mavlink_terms(file, setup, options)
         core = Session(system, sensor, terms.session, counts)
         session = MavlinkSession(core, sensor, terms, counts)
         check = None if key is None else SignatureCheck(key)
@@ -105,7 +105,9 @@ def frames_only(
     return link, inbox, outbox
 
 
-def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> MavlinkTerms:
+def make_mavlink_terms(
+    file: MissionFile, setup: FlightSetup, options: SessionOptions
+) -> MavlinkTerms:
     """How a session is run, by mission and options."""
     address = _address(options.icao)
     floor = FloorRule(

@@ -109,7 +109,7 @@ def same_again(message: Message, boot_ms: int, system: int, component: int) -> M
     )
 
 
-def velocity_message(
+def encode_velocity(
     velocity_mps: FloatArray, yaw_rate_rps: float, boot_ms: int, system: int, component: int
 ) -> Message:
     """A velocity [3] of the world, without a place."""

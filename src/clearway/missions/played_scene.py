@@ -9,7 +9,7 @@ from pathlib import Path
 
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import AvoidanceSettings
-from clearway.avoidance.scene import Scene, VehicleKind, automaton_of
+from clearway.avoidance.scene import Scene, VehicleKind, build_scene_automaton
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
@@ -110,7 +110,7 @@ def _lidar(
 def _system(
     scene: Scene, lidar: Lidar, states: list[State], start_s: float, notice: Notice | None
 ) -> AvoidanceSystem:
-    automaton = automaton_of(scene)
+    automaton = build_scene_automaton(scene)
     rating = scene.rating
     settings = AvoidanceSettings(
         rating=rating.rating,

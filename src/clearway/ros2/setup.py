@@ -66,7 +66,7 @@ class NodeSetup:
         return None if origin is None else np.array(origin)
 
 
-def set_up(
+def set_up_ros2(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, Ros2Link]:
     """Everything loaded and opened; raises InputError for what cannot be used."""
@@ -87,7 +87,7 @@ def set_up(
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
-def set_up_guard(
+def set_up_ros2_guard(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, GuardLink]:
     """The same for a guardian of what somebody commands."""

@@ -6,7 +6,7 @@ from clearway.sensors.beams.named_patterns import NAMED_PATTERNS, named_pattern
 from clearway.sensors.beams.pattern import BeamPattern
 from clearway.sensors.beams.simulate import Scanner, scanned, simulate_scan
 from clearway.sensors.cells.detection import Detection, detect, detection_of_cells, unseen
-from clearway.sensors.cells.inflation import coated_cells, thin_points
+from clearway.sensors.cells.inflation import inflate_points, thin_points
 from clearway.sensors.cells.placing import Ground
 from clearway.sensors.cells.space import SpaceCells, SpaceClass, classify_space
 from clearway.sensors.cells.visibility import expected_hits, swipe_area_m2, visibility
@@ -16,7 +16,7 @@ from clearway.sensors.range_sensor import (
     LidarSensor,
     RangeSensor,
     range_sensors,
-    remembered_after,
+    remember_reading,
 )
 from clearway.sensors.several.combined import SensedCells, combine_detections
 from clearway.sensors.several.trust import Court, heard
@@ -42,7 +42,6 @@ __all__ = [
     "SpaceClass",
     "Standing",
     "classify_space",
-    "coated_cells",
     "combine_detections",
     "combine_rule_named",
     "detect",
@@ -50,9 +49,10 @@ __all__ = [
     "estimate_pattern",
     "expected_hits",
     "heard",
+    "inflate_points",
     "named_pattern",
     "range_sensors",
-    "remembered_after",
+    "remember_reading",
     "scanned",
     "simulate_scan",
     "swipe_area_m2",

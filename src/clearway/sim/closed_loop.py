@@ -25,7 +25,7 @@ from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scanner, scanned
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.logbook import Logbook
-from clearway.sim.metrics import intruder_distances, measure, straight_distances
+from clearway.sim.metrics import intruder_distances, measure_flight, straight_distances
 from clearway.sim.motion import TrueMotion
 from clearway.sim.pilot import CLEARWAY, D, Pilot
 from clearway.sim.plants.air import Air
@@ -256,7 +256,7 @@ class _Flight(Generic[D]):
             decisions=decisions,
             movements=tuple(self.motion.movements),
             progress=self.progress,
-            metrics=measure(times, states, self.world, nominal, margin, intruders, straight),
+            metrics=measure_flight(times, states, self.world, nominal, margin, intruders, straight),
             safety_margin_m=margin,
             seed=self.settings.seed,
             intruder_tracks={

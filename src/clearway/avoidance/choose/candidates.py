@@ -137,7 +137,7 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
         rated.reach.node_rating,
         untouched(reach_set, rated.cells.evidence.coated),
         float(reach_set.grid.range_m),
-        weights_of(prices, before, prepared),
+        make_weights(prices, before, prepared),
     )
     nodes, cost = candidates.nodes, candidates.cost_m
     if before.stood > 1:
@@ -189,7 +189,7 @@ class GoalView(NamedTuple):
 
 
 @compiled
-def view_of(target: Floats, range_m: float) -> GoalView:
+def view_goal(target: Floats, range_m: float) -> GoalView:
     """target: [3] level frame; range_m: of the grid."""
     away_m = np.hypot(target[0], target[1])
     return GoalView(target[0], target[1], away_m, HERE * range_m, DEAD_BAND * range_m)
@@ -211,7 +211,7 @@ class Weights(NamedTuple):
     """Movement that the last plan has next; -1 for none."""
 
 
-def weights_of(prices: Prices, commitment: Commitment, prepared: PreparedReachSet) -> Weights:
+def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReachSet) -> Weights:
     step_m, first = prepared.step_m, commitment.first_movement
     return Weights(
         step_m,
@@ -242,7 +242,7 @@ def priced_ends(
 
     to_go: [ends]; reached, grazing, node_rating, untouched: [nodes]; range_m: of the grid.
     """
-    count, view = len(ends.nodes), view_of(goal.target_m, range_m)
+    count, view = len(ends.nodes), view_goal(goal.target_m, range_m)
     log_rating = log_ratings(node_rating, ends.nodes)
     cost, room_price = np.empty(count), np.empty(count)
     sides, is_clear = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_)

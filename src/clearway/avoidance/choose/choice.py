@@ -15,7 +15,7 @@ import numpy as np
 from clearway.avoidance.choose.candidates import Candidates, ruled
 from clearway.avoidance.choose.chosen import NOTHING_TRIED, Basis, Choice, Tried
 from clearway.avoidance.choose.emergency import emergency
-from clearway.avoidance.choose.tiers import NodeRatings, in_order, picked
+from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidate
 from clearway.avoidance.clear.verify import KnownClearances
 from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.rules.rule import Ruling
@@ -83,7 +83,7 @@ def pick(
     )
     looked = looked or KnownClearances(prepared.paths)
     if verify and not none_passes:
-        found = picked(
+        found = pick_candidate(
             prepared.paths,
             candidates,
             ratings,

@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.avoidance.clear.verify import sloping
 from clearway.avoidance.escape.terms import carried_m
-from clearway.avoidance.plan.evidence import InReach, in_reach
+from clearway.avoidance.plan.evidence import InReach, gather_in_reach
 from clearway.avoidance.plan.floor import above_floor
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
@@ -71,4 +71,4 @@ def near_from(planner: Planner, situation: Situation, prepared: PreparedReachSet
     """What is around, as far as trajectories and escapes lead."""
     escapes_to_m = planner.escape_reach_m + carried_m(planner, situation)
     reach_m = max(prepared.reach_m, escapes_to_m)
-    return in_reach(planner, situation, reach_m, planner.horizon_s)
+    return gather_in_reach(planner, situation, reach_m, planner.horizon_s)

@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from clearway.avoidance.clear.closest import closest, off_sides
+from clearway.avoidance.clear.closest import find_closest_ways, off_sides
 from clearway.avoidance.clear.hazards import MovingHazards
 from clearway.avoidance.clear.onward import nearer_onward
 from clearway.avoidance.rules.rule import Rule, RuleNote, RuleView, Verdict
@@ -196,7 +196,7 @@ def _on_way(
     n = node
     for leg in range(length - 1, -1, -1):
         legs[leg], ends_s[leg], n = samples[n], end_time_s[n], parent[n]
-    asides, when_s = closest(before, legs, ends_s, place, velocity)
+    asides, when_s = find_closest_ways(before, legs, ends_s, place, velocity)
     aside, closest_s = asides[-1].copy(), when_s[-1].copy()
     apart = np.empty(len(place))
     is_near, passed = np.empty(len(place), np.bool_), np.empty(len(place), np.bool_)

@@ -79,7 +79,7 @@ def in_order(candidates: Candidates, ratings: NodeRatings, keep_out: bool) -> tu
 
 
 @compiled
-def picked(
+def pick_candidate(
     paths: Paths,
     candidates: Candidates,
     ratings: NodeRatings,

@@ -46,7 +46,7 @@ class Span(NamedTuple):
 
 
 @compiled
-def span_of(corners: Floats2, start_s: float, end_s: float) -> Span:
+def make_span(corners: Floats2, start_s: float, end_s: float) -> Span:
     """The movement through given corners."""
     middle = np.empty(3)
     return Span(corners, middle, reach_about(corners, middle), start_s, end_s)

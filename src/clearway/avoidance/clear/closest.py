@@ -31,7 +31,7 @@ GAP2, WHEN, ASIDE_X, ASIDE_Y, ASIDE_Z, ALONG, APART = range(7)
 
 
 @compiled
-def closest(
+def find_closest_ways(
     parent: Int32s,
     samples: Floats3,
     end_time_s: Floats,

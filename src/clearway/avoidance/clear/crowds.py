@@ -29,14 +29,14 @@ from clearway.avoidance.clear.faces_crossed import (
     crossings_for,
     others_distance,
     own_axes_bound,
-    search,
+    search_chords,
     way_size,
 )
 from clearway.avoidance.clear.hazards import MovingHazards, PointBins
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
-from clearway.obstacles.some_shapes import distances_off, lay_out
+from clearway.obstacles.some_shapes import distances_off, lay_out_shapes
 
 FEW = 40
 """Shapes up to which each that could be nearest is looked at."""
@@ -69,7 +69,7 @@ def crowd_of(shapes: Shapes, corners: int) -> Crowd:
     many = len(shapes.radius_m)
     many = many if many > FEW else 0
     rows = np.empty((DEEP + 1, many))
-    lay_out(shapes, np.arange(many), rows)
+    lay_out_shapes(shapes, np.arange(many), rows)
     for s in range(many):
         rows[DEEP, s] = rows[15, s] + min(rows[12, s], min(rows[13, s], rows[14, s]))
     crossings = crossings_for(many, corners)
@@ -156,7 +156,7 @@ def _among_crossings(
     corners: Floats2, shapes: Shapes, crossings: Crossings, many: int, best: float, index: int
 ) -> tuple[float, int]:
     """The nearest by the chords that cross a shape, if below the best."""
-    search(crossings, many)
+    search_chords(crossings, many)
     for m in range(many):
         distance = crossing_distance(corners, shapes, crossings, m, best + ROUNDING_M)
         s = crossings.shape[m]

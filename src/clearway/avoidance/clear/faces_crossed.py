@@ -192,7 +192,7 @@ def others_distance(
 
 
 @compiled
-def search(crossings: Crossings, many: int) -> None:
+def search_chords(crossings: Crossings, many: int) -> None:
     """Fill in where the searches of so many chords end, all step by step."""
     middle, low, high = crossings.middle[:many], crossings.low[:many], crossings.high[:many]
     close = crossings.close[:many]

@@ -87,7 +87,7 @@ def placed_at(pose: Floats, start_s: float, terms: EscapeTerms) -> Floats:
 
 
 @compiled
-def place(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: Floats) -> None:
+def place_beginning(begin: int, ways: Ways, legs: Legs, begun: Begun, wind: Floats) -> None:
     """Fill in where a beginning is placed."""
     tips, placed = begun.tips.places, begun.placed
     if begin >= begun.tips.known[0]:

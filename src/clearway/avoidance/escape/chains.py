@@ -10,7 +10,7 @@ from clearway.avoidance.clear.clearance import Span, moving_clearance, reach_abo
 from clearway.avoidance.escape.legs import (
     EscapeTerms,
     LegRoom,
-    lay_out,
+    lay_out_leg,
     leg_keeps_margin,
     leg_room,
     leg_was_seen,
@@ -140,7 +140,7 @@ def chain_corners(
     for n in range(len(movements)):
         m = movements[n]
         path, times = legs.path[at, m], (start_s, start_s + legs.duration_s[m])
-        lay_out(pose, path, times, wind, corners)
+        lay_out_leg(pose, path, times, wind, corners)
         places[n * samples : (n + 1) * samples] = corners[1:]
         pose, at, start_s = pose_after(pose, path), legs.following[at, m], times[1]
     return places
@@ -204,7 +204,7 @@ def _room_along(
     best, leg = enough, chain.leg
     for n in range(len(movements) - 1, -1, -1):
         m, at, when = movements[n], chain.at[n], (chain.times_s[n], chain.times_s[n + 1])
-        lay_out(chain.poses[n], legs.path[at, m], when, terms.wind_mps, leg.level_m)
+        lay_out_leg(chain.poses[n], legs.path[at, m], when, terms.wind_mps, leg.level_m)
         turn_to_grid(leg, terms.grid_from_level)
         span = Span(leg.grid_m, leg.middle_m, reach_about(leg.grid_m, leg.middle_m), *when)
         sagitta = legs.sagitta_m[at, m]

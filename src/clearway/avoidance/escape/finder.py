@@ -23,7 +23,7 @@ from clearway.avoidance.escape.library_search import (
     world_from_level,
 )
 from clearway.avoidance.escape.standoff import keeps_aloof
-from clearway.avoidance.escape.terms import in_wind_s, terms_of
+from clearway.avoidance.escape.terms import in_wind_s, make_escape_terms
 from clearway.avoidance.escape.too_near import too_near
 from clearway.avoidance.escape.wide_space import wide_space
 from clearway.avoidance.plan.evidence import InReach
@@ -32,7 +32,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.reach.escapes.legs import SAMPLES, Legs
+from clearway.reach.escapes.legs import LEG_SAMPLES, Legs
 from clearway.reach.escapes.library import EscapeLibrary
 
 STANDING = np.zeros(4)
@@ -70,7 +70,7 @@ class WaysOut:
             or self._is_one_of(roll, pitch)
             or not self._is_one_of(*self._rest(under_way)[2])
         )
-        self._terms = terms_of(planner, library, situation, near)
+        self._terms = make_escape_terms(planner, library, situation, near)
         self._full_m, self.strict = near.margin_m, self._terms.must_see
         self._search = WayOutSearch(
             library,
@@ -292,11 +292,11 @@ class WaysOut:
         automaton = self.library.automaton
         movement = automaton[under_way.movement]
         start = np.array([0.0, 0.0, 0.0, *self._tilt, 0.0])
-        shares = under_way.left_s * np.arange(1, SAMPLES + 1) / SAMPLES
+        shares = under_way.left_s * np.arange(1, LEG_SAMPLES + 1) / LEG_SAMPLES
         along = np.array([automaton.predict(start, movement, float(share)) for share in shares])
         length = np.linalg.norm(np.diff(along[:, :3], axis=0, prepend=0.0), axis=1).sum()
         bend = np.hypot(along[-1, 5], along[-1, 4] - self._tilt[1])
-        sagitta_m = float(length * bend / (8.0 * SAMPLES**2))
+        sagitta_m = float(length * bend / (8.0 * LEG_SAMPLES**2))
         path = np.ascontiguousarray(along[:, [0, 1, 2, 5]])
         return path, sagitta_m, (float(along[-1, 3]), float(along[-1, 4]))
 

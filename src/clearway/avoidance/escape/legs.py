@@ -95,12 +95,12 @@ def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Fl
     """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4] and carried by
     the wind; poses are those in still air."""
     corners = np.empty((len(path) + 1, 3))
-    lay_out(pose, path, times, terms.wind_mps, corners)
+    lay_out_leg(pose, path, times, terms.wind_mps, corners)
     return corners
 
 
 @compiled
-def lay_out(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
+def lay_out_leg(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
     """Fill in `carried`."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
     last = len(path)
@@ -217,7 +217,7 @@ def leg_was_seen(
     room: LegRoom,
 ) -> bool:
     """Whether it leads through seen space, so far from the unseen."""
-    lay_out(pose, path, times, terms.wind_mps, room.level_m)
+    lay_out_leg(pose, path, times, terms.wind_mps, room.level_m)
     radius = sagitta + unsure_after(times[1], terms) + unseen
     return _way_was_seen(
         room.level_m, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window
@@ -234,7 +234,7 @@ def leg_keeps_margin(
     room: LegRoom,
 ) -> bool:
     """Whether it keeps the margin from all that stands."""
-    lay_out(pose, path, times, terms.wind_mps, room.level_m)
+    lay_out_leg(pose, path, times, terms.wind_mps, room.level_m)
     turn_to_grid(room, terms.grid_from_level)
     farthest2 = 0.0
     for s in range(len(room.level_m)):

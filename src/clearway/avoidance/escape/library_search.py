@@ -19,7 +19,7 @@ from clearway.avoidance.escape.wide_space import WideSpace
 from clearway.avoidance.plan.held_escape import WayOut
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.escapes.legs import SAMPLES, Legs
+from clearway.reach.escapes.legs import LEG_SAMPLES, Legs
 from clearway.reach.escapes.library import EscapeLibrary, names_of
 from clearway.reach.escapes.upwind import ways_in_wind
 from clearway.reach.escapes.ways import Ways
@@ -181,4 +181,4 @@ def _path(
     movements = np.array([automaton.names.index(name) for name in names], dtype=np.int64)
     places = chain_corners(movements, at.attitude, at.pose, at.start_s, at.legs, wind_mps)
     world: FloatArray = places @ world_from_level(yaw_rad).T + origin_m
-    return world[skipped * SAMPLES :]
+    return world[skipped * LEG_SAMPLES :]

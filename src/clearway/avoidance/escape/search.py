@@ -14,7 +14,7 @@ from clearway.avoidance.escape.beginnings import (
     begin_was_seen,
     begun_at,
     lead_up_to,
-    place,
+    place_beginning,
     put,
     wind_of,
 )
@@ -196,7 +196,7 @@ def _first_seen(
                 break
         begin, first = ways.begins[e], e
         if steps < 0:  # Else `first_wide` has done both.
-            place(begin, ways, legs, begun, wind)
+            place_beginning(begin, ways, legs, begun, wind)
             if seen[begin] == UNKNOWN:
                 beyond = seen[ways.parent[begin]] == FAILS
                 if beyond or not _is_clear(begun.placed[begin], unseen, terms):

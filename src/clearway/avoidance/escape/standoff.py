@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.clear.clearance import points_clearance, shapes_clearance, span_of
+from clearway.avoidance.clear.clearance import make_span, points_clearance, shapes_clearance
 from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.base.arrays import Floats, Floats2, UInt64s3
 from clearway.base.compiled import compiled
@@ -80,7 +80,7 @@ def _is_surface(ball: Ball, box: VoxelBox, surface: float, terms: EscapeTerms) -
                 for axis in range(3):
                     place[0, axis] = g[axis, 0] * ahead + g[axis, 1] * left + g[axis, 2] * up
                     place[1, axis] = place[0, axis]
-                span = span_of(place, 0.0, 0.0)
+                span = make_span(place, 0.0, 0.0)
                 if points_clearance(span, terms.bins, surface, surface)[2] >= 0:
                     continue
                 if shapes_clearance(span, terms.shapes, surface, surface)[2] < 0:

@@ -13,7 +13,7 @@ from clearway.avoidance.plan.floor import with_ground
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, margin_slope
-from clearway.base.frames import FloatArray, length_of, rotation_of
+from clearway.base.frames import FloatArray, compute_rotation, measure_length
 from clearway.reach.escapes.legs import SAME_RAD
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.expand.lattice import grid_from_level
@@ -25,7 +25,7 @@ STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
 
-def terms_of(
+def make_escape_terms(
     planner: Planner, library: EscapeLibrary, situation: Situation, near: InReach
 ) -> EscapeTerms:
     """With the whole margin, and through what was seen to be free where that is asked for."""
@@ -69,9 +69,9 @@ def carried_m(planner: Planner, situation: Situation | Here) -> float:
     if library is None:
         return 0.0
     roll, pitch, _ = situation.state.attitude_rad.tolist()
-    tilt_rad = length_of(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
+    tilt_rad = measure_length(library.attitudes[library.nearest(roll, pitch)] - [roll, pitch])
     drift_mps = planner.speed_mps * min(1.0, tilt_rad) if tilt_rad > SAME_RAD else 0.0
-    drift_mps += length_of(situation.wind_mps)
+    drift_mps += measure_length(situation.wind_mps)
     return drift_mps * in_wind_s(library) if drift_mps else 0.0
 
 
@@ -79,7 +79,7 @@ def _level_wind(wind_mps: FloatArray, yaw_rad: float) -> FloatArray:
     """[3] in the level frame."""
     if not any(wind_mps.tolist()):
         return np.zeros(3)
-    return np.ascontiguousarray(rotation_of(0.0, 0.0, yaw_rad).T @ wind_mps)
+    return np.ascontiguousarray(compute_rotation(0.0, 0.0, yaw_rad).T @ wind_mps)
 
 
 @lru_cache(maxsize=64)

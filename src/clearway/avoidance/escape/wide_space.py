@@ -21,7 +21,7 @@ MOST = 2
 OFTEN = 600
 """So many loops are looked at at one decision before this is worth filling in."""
 FILLED, NONE = -1, -1
-SURELY = 1e-3
+STEP_SPARE = 1e-3
 """Of a voxel, by which rounding may take a ball for a smaller one."""
 
 
@@ -53,7 +53,7 @@ def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
     seen."""
     if wide.looked[0] != FILLED or terms.window[8] <= terms.window[11]:
         return NONE
-    return min(int(max(radius * terms.window[3] - SURELY, 0.0)), MOST)
+    return min(int(max(radius * terms.window[3] - STEP_SPARE, 0.0)), MOST)
 
 
 @compiled

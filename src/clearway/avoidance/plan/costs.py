@@ -15,7 +15,7 @@ import numpy as np
 from clearway.avoidance.rate.goal import Arrival, Goal
 from clearway.base.arrays import Bools, Floats, Floats2, Int32s, Ints
 from clearway.base.brief import brief
-from clearway.base.checks import found, number_problem, take_floats
+from clearway.base.checks import collect_problems, number_problem, take_floats
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
@@ -75,7 +75,7 @@ class Prices:
 
     def __post_init__(self) -> None:
         keys = [key for key in self.__slots__ if getattr(self, key) is not None or key not in OPEN]
-        problems = found(number_problem(key, getattr(self, key)) for key in keys)
+        problems = collect_problems(number_problem(key, getattr(self, key)) for key in keys)
         if problems:
             raise InputError("prices", problems)
         take_floats(self, Prices)

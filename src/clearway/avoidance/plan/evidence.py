@@ -23,15 +23,15 @@ from clearway.avoidance.plan.settings import EvidenceSettings
 from clearway.avoidance.plan.situation import Situation, margin_m, margin_slope
 from clearway.avoidance.rate.fusion import Evidence, Rating
 from clearway.base.brief import brief
-from clearway.base.compiled import plain, read_only
+from clearway.base.compiled import make_plain_array, read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.grid_frame import GridFrame
 from clearway.obstacles.cells import base_probability
-from clearway.obstacles.cells import coated_cells as coated_by_map
+from clearway.obstacles.cells import inflate_shapes as coated_by_map
 from clearway.obstacles.obstacle import Shapes
-from clearway.sensors import coated_cells as coated_by_points
 from clearway.sensors import combine_detections, thin_points
+from clearway.sensors import inflate_points as coated_by_points
 from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, combine_intruders
 from clearway.traffic.models.many import MANOEUVRE, Intruders
 
@@ -90,7 +90,7 @@ class InReach(NamedTuple):
         return brief(self)
 
 
-def in_reach(
+def gather_in_reach(
     terms: Terms, situation: Situation, reach_m: float = 0.0, horizon_s: float = 0.0
 ) -> InReach:
     """Bring map, returns and intruders into the grid's frame.
@@ -134,16 +134,19 @@ def evidence_of(
     detected = map_base = met = np.zeros(grid.cells)
     if situation.detections:  # (5.38), (5.41), (5.47)
         sensed = combine_detections(situation.detections, terms.settings.sensor_fusion)
-        detected, visibility = plain(sensed.detected), plain(sensed.visibility)
-        seen = plain(sensed.seen, np.bool_)
+        detected, visibility = (
+            make_plain_array(sensed.detected),
+            make_plain_array(sensed.visibility),
+        )
+        seen = make_plain_array(sensed.seen, np.bool_)
     else:  # Nothing known and everything visible, as (4.19) starts.
         visibility, seen = np.ones(grid.cells), np.ones(grid.cells, dtype=np.bool_)
     coated = coated_by_points(grid, points.position_m, points.radius_m + near.margin_m)
     if len(shapes.radius_m):  # (5.53)
-        map_base = plain(base_probability(shapes, grid, terms.settings.accuracy))
+        map_base = make_plain_array(base_probability(shapes, grid, terms.settings.accuracy))
         coated = coated | coated_by_map(shapes, grid, near.margin_m)
     if intruders:  # (5.37)
-        met = plain(
+        met = make_plain_array(
             intruders[0].probability
             if len(intruders) == 1
             else combine_intruders(np.concatenate([one.each for one in intruders]))
@@ -206,7 +209,7 @@ def _points(
     noise_m = settings.point_sigmas * situation.range_sigma_m
     remembered, frame = situation.remembered, situation.frame
     if remembered is not None:
-        balls = plain(remembered.position_m), plain(remembered.radius_m)
+        balls = make_plain_array(remembered.position_m), make_plain_array(remembered.radius_m)
         origin, rotation = read_only(frame.origin_m), read_only(frame.world_from_grid)
         return grown_in_grid(*balls, float(noise_m), origin, rotation), np.inf
     place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])

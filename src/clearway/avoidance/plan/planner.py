@@ -30,11 +30,11 @@ from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.store import ReachLibrary
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.automaton_performance import performance_of
+from clearway.vehicle.automaton_performance import derive_performance
 from clearway.vehicle.performance import Performance
 
 
-def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
+def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
     """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
     return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
 
@@ -101,7 +101,7 @@ class Planner:
                     settings.prices,
                     stage_cost,
                     automaton.room_to_turn_m,
-                    tube_of(automaton, reach_set),
+                    look_up_tube(automaton, reach_set),
                 ),
             )
             for reach_set in library.reach_sets
@@ -169,7 +169,7 @@ class Planner:
     @cached_property
     def performance(self) -> Performance:
         """What the automaton can do in the next minute."""
-        return performance_of(self.automaton)
+        return derive_performance(self.automaton)
 
     @cached_property
     def escape_reach_m(self) -> float:

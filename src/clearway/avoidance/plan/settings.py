@@ -13,7 +13,7 @@ from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
     above_zero_problem,
-    found,
+    collect_problems,
     number_problem,
     span_problem,
     take_floats,
@@ -21,7 +21,7 @@ from clearway.base.checks import (
 )
 from clearway.base.errors import ClearwayError, InputError
 from clearway.sensors import combine_rule_named
-from clearway.sensors.cells.detection import Rule
+from clearway.sensors.cells.detection import DetectionRule
 from clearway.traffic import TrackerSettings
 from clearway.traffic.models.cells import Accuracy
 from clearway.traffic.volumes.volume import VolumeSet
@@ -53,7 +53,7 @@ class EvidenceSettings:
     point_sigmas: float = 2.0
     """Standard deviations of the range by which a hit point grows."""
     intruder_models: tuple[str, ...] = ("line", "spread")
-    detection: Rule = "ratio"
+    detection: DetectionRule = "ratio"
     """How hits become P_OD."""
     sensor_fusion: str = "conjunction"
     """How several sensors become one: (5.38), or weighted by precision and trust."""
@@ -68,7 +68,7 @@ class EvidenceSettings:
         combine_rule_named(self.sensor_fusion)
         shares = ("unknown", "unknown_unseen", "threshold")
         lengths = ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas")
-        problems = found(
+        problems = collect_problems(
             (
                 *(number_problem(key, getattr(self, key), 0.0, 1.0) for key in shares),
                 *(number_problem(key, getattr(self, key)) for key in lengths),

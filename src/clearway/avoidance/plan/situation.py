@@ -20,7 +20,7 @@ from clearway.base.checks import (
     LATEST_S,
     above_zero_problem,
     array_problem,
-    found,
+    collect_problems,
     number_problem,
     vector_problem,
 )
@@ -108,7 +108,7 @@ class Situation:
     def __post_init__(self) -> None:
         if self._is_plain:
             return
-        problems = found(self._problems())
+        problems = collect_problems(self._problems())
         if problems:
             raise InputError("situation", problems)
 

@@ -20,7 +20,7 @@ from clearway.base.compiled import compiled
 from clearway.base.errors import OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.own_code import callable_own, guarded
+from clearway.base.own_code import callable_own, guard_call
 from clearway.base.state import BoolArray
 from clearway.base.variants import Variants
 
@@ -143,7 +143,7 @@ def own_rating(label: str, found: Any) -> Rating:
         At once for what cannot be called with the three arguments. In flight for what raises, and
         for a result that is not one number within [0, 1] for every cell.
     """
-    function = guarded(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
+    function = guard_call(label, callable_own(label, found, ("evidence", "obstacle", "unknown")))
 
     def rating(evidence: Evidence, unknown: FloatArray) -> FloatArray:
         returned = function(evidence, evidence.obstacle, unknown)

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.arrays import Bools, Floats, Floats3, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
@@ -65,7 +65,7 @@ class Arrival:
     def is_beyond(self) -> bool:
         """Whether the goal is farther than any path leads."""
         within_m = self.reach_m + self.goal.reach_radius_m
-        return length_of(self.goal.target_m) > ROUNDED_UP * within_m
+        return measure_length(self.goal.target_m) > ROUNDED_UP * within_m
 
     @cached_property
     def _nowhere(self) -> BoolArray:

@@ -25,7 +25,7 @@ from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import one_line
-from clearway.base.checks import above_zero_problem, found
+from clearway.base.checks import above_zero_problem, collect_problems
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -85,7 +85,7 @@ class Guardian:
         hold_s: float = 0.5,
         acceleration_mps2: float = math.inf,
     ) -> None:
-        problems = found([above_zero_problem("hold_s", hold_s)])
+        problems = collect_problems([above_zero_problem("hold_s", hold_s)])
         if not acceleration_mps2 > 0.0:
             problems.append("acceleration_mps2: must be above 0")
         if problems:

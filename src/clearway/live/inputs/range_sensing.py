@@ -31,7 +31,7 @@ from clearway.sensors import (
     RangeSensor,
     Scan,
     heard,
-    remembered_after,
+    remember_reading,
     unseen,
 )
 from clearway.sensors.observed.free_space import FreeSpace
@@ -126,7 +126,7 @@ class RangeSensing:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
-        self._memories[scan.sensor] = remembered_after(
+        self._memories[scan.sensor] = remember_reading(
             self._memories[scan.sensor],
             sensor,
             scan,

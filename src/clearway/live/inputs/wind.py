@@ -17,7 +17,7 @@ from clearway.avoidance.plan.situation import CALM
 from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import State
 
 WINDOW_S = 10.0
@@ -161,11 +161,11 @@ class WindEstimate:
             self.forget()
             self._last_mps = (after.position_m - flown_m) / duration
             return
-        length = length_of(flown_m - before.position_m)
+        length = measure_length(flown_m - before.position_m)
         wandering = (length * before.attitude_std_rad) ** 2
         carried = after.position_m - flown_m
         self._last_mps = carried / duration
-        fastest = length_of(self._last_mps)
+        fastest = measure_length(self._last_mps)
         step = (duration, *carried.tolist(), after.position_std_m, wandering, fastest)
         self._latest.add(step, WINDOW_S + 1e-6)
         self._fit()
@@ -187,7 +187,7 @@ class WindEstimate:
         slope, self._sigma_mps = line_through(self.steps)
         least = max(SURE * self._sigma_mps, least)
         slope.setflags(write=False)
-        self.wind_mps = slope if length_of(slope) > least else CALM
+        self.wind_mps = slope if measure_length(slope) > least else CALM
 
 
 def line_through(steps: Steps) -> tuple[FloatArray, float]:

@@ -43,7 +43,7 @@ class PredictedApproach:
         }
 
 
-def approaches(
+def predict_approaches(
     flight: FlightDecision, own: OwnMotion, intruders: Iterable[Intruder]
 ) -> list[PredictedApproach]:
     """Aircraft that come within WORRY margins, or that the decision avoids; nearest first."""

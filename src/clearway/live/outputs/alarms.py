@@ -16,7 +16,7 @@ import numpy as np
 from clearway.avoidance.clear.hazards import Hazards
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.plan.planner import Planner
-from clearway.base.frames import length_of
+from clearway.base.frames import measure_length
 from clearway.base.state import State
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.outputs.modes import ModeState
@@ -85,7 +85,7 @@ class AlarmWatch:
         """Return the watch after another decision."""
         state, hazards = facts.decision.state, facts.decision.hazards
         step_m, stays = self.planner.automaton.step_m, self.stays
-        moved = stays is not None and length_of(state.position_m - stays.position_m) > step_m
+        moved = stays is not None and measure_length(state.position_m - stays.position_m) > step_m
         if stays is None or moved:
             stays = state
         seen = replace(
@@ -130,7 +130,7 @@ class AlarmWatch:
         if stayed_s < STAYS * self._movement_s:
             return None
         goal = facts.progress.goal
-        left_m = length_of(facts.mission.goals_m[goal] - state.position_m)
+        left_m = measure_length(facts.mission.goals_m[goal] - state.position_m)
         place = "one place" if self.left_start else "its start"
         why = (
             f"it has not left {place} for {stayed_s:.0f} s, {left_m:.3g} m from goal {goal + 1} "

@@ -13,7 +13,7 @@ from clearway.live.mission import Mode
 from clearway.live.outputs.alarms import Alarm
 from clearway.live.outputs.alerting import TrafficPicture
 from clearway.live.outputs.explain import explanation
-from clearway.live.outputs.modes import UNSEEN, ModeState
+from clearway.live.outputs.modes import NOTHING_SENSED, ModeState
 from clearway.obstacles.obstacle_map import ObstacleMap
 
 
@@ -48,7 +48,7 @@ class FlightDecision:
         """One line for the log and for people."""
         words = explanation(self.decision, self.mode, self.obstacle_map, self.mode_state.held)
         if self.blind_s is not None and self.mode is not Mode.HOLD:
-            words += f"; {UNSEEN} for {self.blind_s:.1f} s"
+            words += f"; {NOTHING_SENSED} for {self.blind_s:.1f} s"
         if self.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
         if self.traffic is not None and self.traffic.alerts.level:

@@ -15,7 +15,7 @@ from clearway.avoidance.decision import Decision
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.outputs.explain import NOT_REACHABLE
 
-UNSEEN = "no sensor has told anything"
+NOTHING_SENSED = "no sensor has told anything"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class ModeState:
         """Why the vehicle only holds; None in other modes."""
         if self.mode is not Mode.HOLD:
             return None
-        return self.why if self.why.startswith(UNSEEN) else NOT_REACHABLE
+        return self.why if self.why.startswith(NOTHING_SENSED) else NOT_REACHABLE
 
     @property
     def transition(self) -> str:
@@ -83,7 +83,7 @@ def _hold(facts: ModeFacts) -> str:
     way = facts.decision.way_out
     if facts.blind_s is not None and way is not None:
         where = "where it has looked" if way.certain else "where it is"
-        return f"{UNSEEN} for {facts.blind_s:.1f} s: it stays {where}"
+        return f"{NOTHING_SENSED} for {facts.blind_s:.1f} s: it stays {where}"
     return "no way leads to the goal as far as is seen" if facts.progress.closed else ""
 
 

@@ -15,10 +15,10 @@ from itertools import count, product, takewhile
 import numpy as np
 
 from clearway.avoidance.escape.finder import WaysOut
-from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.evidence import gather_in_reach
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
-from clearway.base.frames import FloatArray, length_of, rotation_of
+from clearway.base.frames import FloatArray, compute_rotation, measure_length
 from clearway.base.state import State
 from clearway.live.inputs.range_sensing import free_space_for, voxel_m
 from clearway.reach.escapes.library import EscapeLibrary
@@ -135,7 +135,7 @@ class _Trial:
         legs, automaton = self.library.legs, self.library.automaton
         end = legs.path[self.library.nearest(roll, pitch), movement, -1]
         lasts_s = float(legs.duration_s[movement])
-        moved_m = rotation_of(0.0, 0.0, yaw) @ end[:3] + lasts_s * self.wind_mps
+        moved_m = compute_rotation(0.0, 0.0, yaw) @ end[:3] + lasts_s * self.wind_mps
         there = State(
             state.position_m + moved_m,
             np.array([0.0, 0.0, yaw + end[3]]),
@@ -147,11 +147,11 @@ class _Trial:
         """Mark what a sweep of each sensor shows, and look for escapes."""
         for name, sensor in range_sensors(self.sensors).items():
             free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
-        ahead = rotation_of(*state.attitude_rad.tolist()) @ np.array([1.0, 0.0, 0.0])
+        ahead = compute_rotation(*state.attitude_rad.tolist()) @ np.array([1.0, 0.0, 0.0])
         target_m = state.position_m + 1e3 * self.planner.grid.range_m * ahead
         wind_mps = self.wind_mps
         situation = Situation(state, target_m=target_m, seen=free.seen, wind_mps=wind_mps)
-        near = in_reach(self.planner, situation)
+        near = gather_in_reach(self.planner, situation)
         return WaysOut(self.planner, self.library, situation, near)
 
     @cached_property
@@ -180,7 +180,7 @@ def _settled(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
     if straight is None:
         return None
     state, free = trial.begins(start), free_space_for(planner, start.position_m)
-    moved_m = length_of(trial.flown(state, straight).position_m - state.position_m)
+    moved_m = measure_length(trial.flown(state, straight).position_m - state.position_m)
     reach_m = planner.grid.range_m + planner.escape_reach_m
     all_seen = SETTLED + int(np.ceil(2.0 * reach_m / max(moved_m, 1e-9)))
     most, held = min(most, all_seen), 0

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from clearway.avoidance.plan.held_escape import Escape
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import State
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
@@ -115,7 +115,7 @@ def _through_seen(
     radius, turn_s = full_circle(knowledge)
     since_s = now_s - progress.planned_s
     goal = knowledge.mission.goals_m[progress.goal]
-    distance = length_of(goal - state.position_m)
+    distance = measure_length(goal - state.position_m)
     waited = now_s - progress.nearest_s > patience_turns * turn_s
     if progress.stuck_m is None and not (escaped or waited):
         # Who was measured takes its time to turn: each corner would cost it a stop.

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
-from clearway.base.frames import length_of
+from clearway.base.frames import measure_length
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Progress
 from clearway.live.recovery.dead_end import MISSED, full_circle, straight_again
@@ -77,7 +77,7 @@ class Insistence:
         may be a gap far behind, unless the goal is near."""
         before, place_m = knowledge.progress, knowledge.own_states.latest.position_m
         anew = straight_again(before, now_s)
-        away_m = length_of(knowledge.mission.goals_m[before.goal] - place_m)
+        away_m = measure_length(knowledge.mission.goals_m[before.goal] - place_m)
         if self.bold and before.stuck_m is not None and away_m > near_m:
             return replace(anew, stuck_m=before.stuck_m, planned_s=-np.inf)
         return anew

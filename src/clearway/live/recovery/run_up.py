@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.arrays import Bools3, Floats, Floats3
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.live.routing.route_map import UNSEEN, Cells
+from clearway.live.routing.route_map import UNOBSERVED_COST, Cells
 
 LEAST, MOST = 2.5, 8.0
 """Turning radii from the goal at which a run-up begins."""
@@ -61,7 +61,7 @@ def _run_up(
             if level < least or level > most:
                 continue
             for c in range(price.shape[2]):
-                if not has_room[a, b, c] or price[a, b, c] > UNSEEN:
+                if not has_room[a, b, c] or price[a, b, c] > UNOBSERVED_COST:
                     continue
                 if abs(c + 0.5 - goal[2]) > CLIMBS * level + 1.0:
                     continue

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats3
 from clearway.base.compiled import compiled
-from clearway.live.routing.route_map import UNSEEN
+from clearway.live.routing.route_map import UNOBSERVED_COST
 
 
 class Cheapness(NamedTuple):
@@ -29,12 +29,12 @@ class Cheapness(NamedTuple):
 def cheapness(price: Floats3, ga: int, gb: int, gc: int, short: float) -> Cheapness:
     """The bound for ways to a goal cell, by the prices [nx, ny, nz] of a metre in each cell."""
     nx, ny, nz = price.shape
-    least = UNSEEN
+    least = UNOBSERVED_COST
     low_a, low_b, low_c, high_a, high_b, high_c = nx, ny, nz, -1, -1, -1
     for a in range(nx):
         for b in range(ny):
             for c in range(nz):
-                if price[a, b, c] < UNSEEN:
+                if price[a, b, c] < UNOBSERVED_COST:
                     least = min(least, price[a, b, c])
                     low_a, high_a = min(low_a, a), max(high_a, a)
                     low_b, high_b = min(low_b, b), max(high_b, b)
@@ -45,7 +45,7 @@ def cheapness(price: Floats3, ga: int, gb: int, gc: int, short: float) -> Cheapn
 
 
 @compiled
-def at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
+def bound_cost(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int) -> float:
     """Price below which no way leads from a cell to the goal: whatever lies outside the box costs
     as much as what nobody has seen, and the rest as much as the cheapest in it.
 
@@ -54,8 +54,8 @@ def at_least(bound: Cheapness, a: int, b: int, c: int, ga: int, gb: int, gc: int
     away = np.sqrt(float((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)) - bound.short
     outside = _apart(bound.low, bound.high, float(a), float(b), float(c)) + bound.beyond
     if away <= outside:
-        return float(UNSEEN * max(away, 0.0))
-    return float(UNSEEN * outside + bound.least * (away - outside))
+        return float(UNOBSERVED_COST * max(away, 0.0))
+    return float(UNOBSERVED_COST * outside + bound.least * (away - outside))
 
 
 @compiled

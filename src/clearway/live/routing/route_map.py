@@ -37,7 +37,7 @@ SEES_BEHIND = 3.5
 narrow for coarse ones, room to turn is seen behind it."""
 ROLL_WITHIN = 8
 """Cells move along once the vehicle is off their middle by this part of their number."""
-UNSEEN = 2.0
+UNOBSERVED_COST = 2.0
 """Price of a metre that nobody has seen."""
 NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
 """Price of a metre with no room beside the margin to turn, and with none to turn half as wide."""
@@ -257,7 +257,7 @@ class RouteMap:
         if self._low is None:
             raise RuntimeError("route map: nothing was taken in")
         nearest = np.minimum(self._nearest, self._mapped)
-        price = np.where(self._seen, 1.0, UNSEEN)
+        price = np.where(self._seen, 1.0, UNOBSERVED_COST)
         barred = nearest < self._barred_m
         stands = np.any(barred, axis=2, keepdims=True)
         price[~self._seen & stands] = TALL if self._turns_wide else TALL_FINE

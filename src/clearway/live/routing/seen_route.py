@@ -17,9 +17,9 @@ import numpy as np
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.live.routing.least_cost import at_least, cheapness
+from clearway.live.routing.least_cost import bound_cost, cheapness
 from clearway.live.routing.open_way import any_way
-from clearway.live.routing.route_map import MOST_ROOM, UNSEEN, Cells
+from clearway.live.routing.route_map import MOST_ROOM, UNOBSERVED_COST, Cells
 
 VERTICAL = 2.0
 """Price of a metre up or down."""
@@ -191,7 +191,7 @@ def _cheapest(
         spent = best[a, b, c]
         if beyond and (a == 0 or b == 0 or a == nx - 1 or b == ny - 1):
             rest = np.sqrt((a - ga) ** 2 + (b - gb) ** 2 + (c - gc) ** 2)
-            heapq.heappush(queue, (spent + greed * UNSEEN * rest, -here - 1))
+            heapq.heappush(queue, (spent + greed * UNOBSERVED_COST * rest, -here - 1))
         begins_barred = price[a, b, c] == np.inf
         here_price = BARRED if begins_barred else min(price[a, b, c], most)
         for da in range(-1, 2):
@@ -213,7 +213,7 @@ def _cheapest(
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
-                        ahead = at_least(bound, u, v, w, ga, gb, gc)
+                        ahead = bound_cost(bound, u, v, w, ga, gb, gc)
                         heapq.heappush(queue, (cost + greed * ahead, (u * ny + v) * nz + w))
     if end < 0:
         return np.zeros((0, 3)), looked

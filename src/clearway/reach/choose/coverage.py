@@ -41,7 +41,7 @@ class Coverage:
     smoothness_worst: float
 
 
-def measure(reach_set: ReachSet) -> Coverage:
+def measure_coverage(reach_set: ReachSet) -> Coverage:
     """Coverage of a reach set."""
     leaves = np.flatnonzero(reach_set.exit_kind == LAST_LAYER)
     nodes = leading_to(reach_set, leaves)

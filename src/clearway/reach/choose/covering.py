@@ -18,14 +18,14 @@ from clearway.reach.choose.dispersion import farthest_of_cell
 from clearway.reach.choose.keep import best_of_cell, harmonic
 from clearway.reach.choose.late import most_footprints, near_corners
 from clearway.reach.choose.primitives import primitives
-from clearway.reach.choose.select import Select, expanded, merged, tree_of
+from clearway.reach.choose.select import Select, expanded, merge_sets, tree_of
 from clearway.reach.choose.unique import without_duplicate_states
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice
 from clearway.reach.tree import LAST_LAYER
 
 
-def dispersion(spread: float = 6.0, side_exits: float = 1.0) -> Select:
+def select_dispersed(spread: float = 6.0, side_exits: float = 1.0) -> Select:
     """From every cell the `spread` nodes that lie farthest apart go on."""
 
     def select(
@@ -37,15 +37,15 @@ def dispersion(spread: float = 6.0, side_exits: float = 1.0) -> Select:
     return select
 
 
-def cover(pool: float = 6.0) -> Select:
+def select_cover(pool: float = 6.0) -> Select:
     """Few nodes for all cells: a greedy cover out of primitives, dispersed and harmonic nodes."""
 
     def select(
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
         held = primitives(lattice, grid, start_pitch_rad, deep)
-        others = merged(
-            dispersion(pool, side_exits=0.0)(lattice, grid, start_pitch_rad, deep),
+        others = merge_sets(
+            select_dispersed(pool, side_exits=0.0)(lattice, grid, start_pitch_rad, deep),
             expanded(best_of_cell(harmonic, int(pool)), side_exits=0.0)(
                 lattice, grid, start_pitch_rad, deep
             ),
@@ -61,7 +61,7 @@ def cover(pool: float = 6.0) -> Select:
     return select
 
 
-def late(
+def select_late(
     nodes: float = 2480.0, width: float = 10.0, entry: float = 10.0, layers: float = 3.0
 ) -> Select:
     """The cover, and as many footprints as late branches make of up to `nodes` nodes.
@@ -73,10 +73,10 @@ def late(
     def select(
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
-        held = cover()(lattice, grid, start_pitch_rad, deep)
+        held = select_cover()(lattice, grid, start_pitch_rad, deep)
         rule = near_corners(int(width), int(entry), int(layers), 2.0 * lattice.automaton.step_m)
         branches = expanded(rule, side_exits=0.0)(lattice, grid, start_pitch_rad, deep)
-        buffers = merged(held, branches)
+        buffers = merge_sets(held, branches)
         if not len(buffers):
             return buffers
         tree = tree_of(buffers, lattice, grid, start_pitch_rad)
@@ -87,7 +87,7 @@ def late(
     return select
 
 
-def flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
+def select_for_flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
     """The primitives, a cover of all cells of a dispersed pool, and more headings in them.
 
     The pool is expanded from the `pool` most different nodes of every cell. Headings are added
@@ -98,7 +98,7 @@ def flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
         held = primitives(lattice, grid, start_pitch_rad, deep)
-        spread = dispersion(pool)(_on_the_move(lattice), grid, start_pitch_rad, deep)
+        spread = select_dispersed(pool)(_on_the_move(lattice), grid, start_pitch_rad, deep)
         buffers = without_duplicate_states(held, spread, lattice, start_pitch_rad)
         if not len(buffers):
             return buffers

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.expand.buffers import ByteArray, nodes_of, parents_of
 from clearway.reach.expand.lattice import Lattice
-from clearway.reach.expand.trace import reach_set_of
+from clearway.reach.expand.trace import trace_reach_set
 from clearway.reach.expand.wavefront import KeepRule, trajectories
 from clearway.reach.tree import ReachSet
 
@@ -23,7 +23,7 @@ def expanded(rule: KeepRule, side_exits: float) -> Select:
     return partial(trajectories, keep=rule, side_exits=bool(side_exits))
 
 
-def merged(*sets: ByteArray) -> ByteArray:
+def merge_sets(*sets: ByteArray) -> ByteArray:
     """Trajectories of several sets in one, each once and sorted (4.5.4)."""
     return np.unique(np.concatenate(sets), axis=0)
 
@@ -33,4 +33,4 @@ def tree_of(
 ) -> ReachSet:
     """The reach set of complete trajectories."""
     parent, movement = parents_of(nodes_of(buffers))
-    return reach_set_of(parent, movement, grid, lattice, start_pitch_rad)
+    return trace_reach_set(parent, movement, grid, lattice, start_pitch_rad)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.choose.coverage import Coverage, measure
+from clearway.reach.choose.coverage import Coverage, measure_coverage
 from clearway.reach.compare.dispersal import (
     Dispersion,
     ReachableSample,
-    dispersion,
+    measure_dispersion,
     sample_reachable,
 )
 from clearway.reach.compare.estimate import estimate_footprints
@@ -108,7 +108,7 @@ class Comparison:
     rows: tuple[MethodRow, ...]
 
 
-def compare(
+def compare_methods(
     automaton: MovementAutomaton,
     grid: AvoidanceGrid,
     contenders: tuple[Contender, ...] = TABLE_6_1,
@@ -169,8 +169,8 @@ def _row(
     return MethodRow(
         contender,
         reach_set,
-        measure(reach_set),
-        dispersion(reach_set, sample),
+        measure_coverage(reach_set),
+        measure_dispersion(reach_set, sample),
         build_s,
         spread,
         bound_6_5(len(automaton.movements), spread, grid),
@@ -196,7 +196,9 @@ def over_spreads(
         method: tuple(
             SpreadPoint(
                 spread,
-                measure(build_reach_set(automaton, grid, method=method, **{name: float(spread)})),
+                measure_coverage(
+                    build_reach_set(automaton, grid, method=method, **{name: float(spread)})
+                ),
             )
             for spread in spreads
         )

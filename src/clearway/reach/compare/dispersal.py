@@ -72,7 +72,7 @@ def sample_reachable(
     return ReachableSample(position[inside], heading[inside], weight)
 
 
-def dispersion(reach_set: ReachSet, sample: ReachableSample) -> Dispersion:
+def measure_dispersion(reach_set: ReachSet, sample: ReachableSample) -> Dispersion:
     """Largest and mean distance of sampled states to the set's nearest node.
 
     The distance of two states is that of their positions plus the turning radius times the angle

@@ -13,7 +13,7 @@ from clearway.base.state import IntArray
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import MovementPaths, movement_paths
 
-SAMPLES = 8
+LEG_SAMPLES = 8
 """Places along a movement that are looked at."""
 SAME_RAD = 1e-6
 """Attitudes no farther apart are one."""
@@ -39,7 +39,7 @@ class Legs(NamedTuple):
 def legs_from_level(automaton: MovementAutomaton) -> tuple[FloatArray, Legs]:
     """[attitudes, 2] roll and pitch of all that movements lead to from level flight, and where they
     lead from each."""
-    paths = movement_paths(automaton, SAMPLES)
+    paths = movement_paths(automaton, LEG_SAMPLES)
     attitudes, following = attitudes_of(automaton, paths)
     return attitudes, legs_of(paths, attitudes, following, automaton)
 
@@ -83,7 +83,7 @@ def legs_of(
     bend = np.hypot(along[:, :, -1, 5], along[:, :, -1, 4] - attitudes[:, 1, None])
     return Legs(
         np.ascontiguousarray(along[..., [0, 1, 2, 5]]),
-        length * bend / (8.0 * SAMPLES**2),
+        length * bend / (8.0 * LEG_SAMPLES**2),
         following,
         np.array([movement.duration_s for movement in automaton.movements]),
     )

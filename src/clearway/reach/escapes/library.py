@@ -21,7 +21,7 @@ from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.reach.escapes.legs import SAME_RAD, SAMPLES, Legs, legs_from_level, legs_of
+from clearway.reach.escapes.legs import LEG_SAMPLES, SAME_RAD, Legs, legs_from_level, legs_of
 from clearway.reach.escapes.loops import CLOSES
 from clearway.reach.escapes.store import FoundWays, load_or_search
 from clearway.reach.escapes.ways import MOST_DEPTH, Ways
@@ -84,7 +84,7 @@ class EscapeLibrary:
         if abs(roll_rad - roll) <= SAME_RAD and abs(pitch_rad - pitch) <= SAME_RAD:
             return self.legs
         off = np.array([roll_rad - roll, pitch_rad - pitch])
-        paths = movement_paths(self.automaton, SAMPLES)
+        paths = movement_paths(self.automaton, LEG_SAMPLES)
         attitudes = self.attitudes + off
         return legs_of(paths, attitudes, self._within_limit(attitudes), self.automaton)
 

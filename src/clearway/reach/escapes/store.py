@@ -46,20 +46,20 @@ def load_or_search(
 ) -> FoundWays:
     """Load from what ships or from the cache `folder` (default: the user's); search and store what
     is not there. A folder that cannot be written only means searching again the next time."""
-    key = content_key(automaton, legs)
+    key = hash_escapes(automaton, legs)
     name, place = name_of(key), folder or cache_folder()
     for path in [each / name for each in (SHIPPED, place) if each is not None]:
         try:
             return _parsed(read_kept(path, KIND, key), len(legs.following))
         except (OSError, ClearwayError):
             continue
-    found = search(automaton, legs)
+    found = search_escapes(automaton, legs)
     if place is not None:
         store(place / name, key, found)
     return found
 
 
-def search(automaton: MovementAutomaton, legs: Legs) -> FoundWays:
+def search_escapes(automaton: MovementAutomaton, legs: Legs) -> FoundWays:
     """Search them; takes a fraction of a second."""
     attitudes = range(len(legs.following))
     loops = [tuple(loops_from(automaton, legs, at)) for at in attitudes]
@@ -71,7 +71,7 @@ def search(automaton: MovementAutomaton, legs: Legs) -> FoundWays:
     return FoundWays(ways, float(np.ceil(FINENESS * widest_m / step_m)) / FINENESS)
 
 
-def content_key(automaton: MovementAutomaton, legs: Legs) -> bytes:
+def hash_escapes(automaton: MovementAutomaton, legs: Legs) -> bytes:
     """Hash of all that the search follows from, lengths in steps and rounded: no file holds any."""
     pitch_limit = automaton.pitch_limit_rad
     limit = None if pitch_limit is None else round(pitch_limit, 9)

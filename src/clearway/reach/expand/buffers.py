@@ -21,7 +21,7 @@ def nodes_of(buffers: ByteArray) -> ByteArray:
         rows[:, depth:] = 0
         prefixes.append(np.unique(keys_of(rows)))
     keys = np.unique(np.concatenate(prefixes))
-    return rows_of(keys, width)
+    return unpack_keys(keys, width)
 
 
 def keys_of(buffers: ByteArray) -> npt.NDArray[np.bytes_]:
@@ -30,7 +30,7 @@ def keys_of(buffers: ByteArray) -> npt.NDArray[np.bytes_]:
     return rows.view(f"S{rows.shape[1]}").ravel()
 
 
-def rows_of(keys: npt.NDArray[np.bytes_], width: int) -> ByteArray:
+def unpack_keys(keys: npt.NDArray[np.bytes_], width: int) -> ByteArray:
     """[n, width] buffers of their byte strings."""
     return np.ascontiguousarray(keys.astype(f"S{width}")).view(np.uint8).reshape(-1, width)
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Floats4, Floats5, Int32s2
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, rotation_of
+from clearway.base.frames import FloatArray, compute_rotation
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.expand.curves import PathAt, curve_parts
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
-SAMPLES = 4
+MOVEMENT_SAMPLES = 4
 """Samples kept per movement; paths are traced through cells at a multiple of them."""
 MOST_ATTITUDES = 5000
 MOST_MOVEMENTS = 100
@@ -102,7 +102,7 @@ def build_lattice(
     Raises ClearwayError when turn steps make more attitudes than a table should hold.
     """
     thinnest = float(np.min(np.diff(grid.range_edges_m)))
-    steps = SAMPLES * max(4, int(np.ceil(4.0 * automaton.step_m / thinnest)))
+    steps = MOVEMENT_SAMPLES * max(4, int(np.ceil(4.0 * automaton.step_m / thinnest)))
     attitudes: list[tuple[float, float, Movement | None]] = []
     known: dict[tuple[int, int, str], int] = {}
 
@@ -171,7 +171,7 @@ def _pieces(
         turn_rad=np.ascontiguousarray(turned),
         length_m=np.ascontiguousarray(flown),
         # A path of length s and curvature k lies within k s^2 / 8 of its chord.
-        sagitta_m=np.ascontiguousarray(flown * bend / (8.0 * SAMPLES**2)),
+        sagitta_m=np.ascontiguousarray(flown * bend / (8.0 * MOVEMENT_SAMPLES**2)),
         attitude_rad=np.array([[roll, pitch] for roll, pitch, _ in attitudes]),
         duration_s=durations,
     )
@@ -205,7 +205,7 @@ def _curves(
 
 def grid_from_level(start_pitch_rad: float) -> FloatArray:
     """[3, 3] from level axes at yaw 0 into the grid, the body frame at the start pitch."""
-    rotation: FloatArray = np.ascontiguousarray(rotation_of(0.0, start_pitch_rad, 0.0).T)
+    rotation: FloatArray = np.ascontiguousarray(compute_rotation(0.0, start_pitch_rad, 0.0).T)
     return rotation
 
 

@@ -76,7 +76,7 @@ class CrossingSearch(NamedTuple):
     second: Floats
 
 
-def borders_of(edges: GridEdges) -> CellBorders:
+def list_cell_borders(edges: GridEdges) -> CellBorders:
     """The borders of a grid, for `crossings`."""
     return CellBorders(
         range_borders(edges.range_m),

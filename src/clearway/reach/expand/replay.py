@@ -7,7 +7,7 @@ import numpy as np
 from clearway.base.arrays import Floats2, Ints, UInt8s2
 from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges
-from clearway.reach.expand.buffers import ByteArray, keys_of, rows_of
+from clearway.reach.expand.buffers import ByteArray, keys_of, unpack_keys
 from clearway.reach.expand.lattice import Lattice, LatticePieces, grid_from_level
 from clearway.reach.expand.trace import end_place, exit_of
 
@@ -27,7 +27,7 @@ def completed(
         grid.edges,
     )
     cut = np.where(np.arange(buffers.shape[1]) < lengths[:, None], buffers, 0)[lengths > 0]
-    return rows_of(np.unique(keys_of(cut.astype(np.uint8))), buffers.shape[1])
+    return unpack_keys(np.unique(keys_of(cut.astype(np.uint8))), buffers.shape[1])
 
 
 @compiled

@@ -12,14 +12,14 @@ import numpy.typing as npt
 from clearway.base.arrays import Floats, Floats2, Floats3, Int8s, Int16s, Int32s, Int32s2, Ints2
 from clearway.base.compiled import compiled
 from clearway.base.grid import AvoidanceGrid, GridEdges, cell_of_point, interval_of
-from clearway.reach.expand.lattice import SAMPLES, Lattice, LatticePieces, grid_from_level
+from clearway.reach.expand.lattice import MOVEMENT_SAMPLES, Lattice, LatticePieces, grid_from_level
 from clearway.reach.expand.passage import (
     CellBorders,
     CrossingSearch,
-    borders_of,
     cell_at,
     crossing_search,
     crossings,
+    list_cell_borders,
 )
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 
@@ -31,7 +31,7 @@ NEAR = -3
 NOT_ALLOWED = -4
 
 
-def reach_set_of(
+def trace_reach_set(
     parent: Int32Array,
     movement: npt.NDArray[np.int16],
     grid: AvoidanceGrid,
@@ -43,7 +43,7 @@ def reach_set_of(
     attitude, depth, flown, starts, ends = _chain(
         parent, movement, lattice.start[start_pitch_rad], pieces
     )
-    borders = borders_of(grid.edges)
+    borders = list_cell_borders(grid.edges)
     samples, cell_start, cell_index, end_cell, exit_kind = _through_cells(
         parent,
         movement,
@@ -80,7 +80,7 @@ def reach_set_of(
 
 
 @compiled
-def place_of(x: float, y: float, z: float, edges: GridEdges) -> int:
+def locate_point(x: float, y: float, z: float, edges: GridEdges) -> int:
     """Cell of a point in the grid frame, or where else: NEAR, OUT_BEYOND, OUT_SIDE (4.24)."""
     cell = cell_of_point(x, y, z, edges)
     if cell >= 0:
@@ -128,12 +128,12 @@ def end_place(
     """
     last = len(path) - 1
     x, y, z = _point(origin, path[last], rotation)
-    place = place_of(x, y, z, edges)
+    place = locate_point(x, y, z, edges)
     if place >= 0 or place == NEAR:
         return place
     for step in range(last):
         x, y, z = _point(origin, path[step], rotation)
-        first = place_of(x, y, z, edges)
+        first = locate_point(x, y, z, edges)
         if first in (OUT_SIDE, OUT_BEYOND):
             return first
     return place
@@ -227,8 +227,8 @@ def _through_cells(
 ) -> tuple[Floats3, Int32s, Int32s, Int32s, Int8s]:
     """Samples, cells passed (CSR), cell and kind of exit at the end of every node."""
     nodes, steps = len(parent), pieces.path.shape[2]
-    stride = steps // SAMPLES
-    samples = np.empty((nodes, SAMPLES, 3))
+    stride = steps // MOVEMENT_SAMPLES
+    samples = np.empty((nodes, MOVEMENT_SAMPLES, 3))
     end_cell = np.full(nodes, -1, dtype=np.int32)
     exit_kind = np.zeros(nodes, dtype=np.int8)
     cell_start = np.zeros(nodes + 1, dtype=np.int32)
@@ -240,7 +240,7 @@ def _through_cells(
         parts = pieces.curve[attitude[n, 0], movement[n]]
         yaw = starts[n, 3]
         origin = (starts[n, 0], starts[n, 1], starts[n, 2], np.cos(yaw), np.sin(yaw))
-        for sample in range(SAMPLES):
+        for sample in range(MOVEMENT_SAMPLES):
             x, y, z = _point(origin, path[(sample + 1) * stride - 1], rotation)
             samples[n, sample, 0], samples[n, sample, 1], samples[n, sample, 2] = x, y, z
         # What stands where it is passes its own cell only: it may lie on many borders at once.

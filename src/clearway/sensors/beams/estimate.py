@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.checks import points_of
+from clearway.base.checks import check_points
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, spherical_from_cartesian
 from clearway.sensors.beams.named_patterns import NAMED_PATTERNS
@@ -47,7 +47,7 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     where some are nearer than the recognised sensor's blind range, there is none. Raises
     ClearwayError if no point is finite and away from the origin.
     """
-    points = points_of("beam pattern: points", points_m)
+    points = check_points("beam pattern: points", points_m)
     spherical = spherical_from_cartesian(points[np.all(np.isfinite(points), axis=1)])
     spherical = spherical[spherical[:, 0] > 0.0]
     if not len(spherical):

@@ -79,13 +79,13 @@ def _note_beams(
     """Fill in the lowest and highest beam of every bin."""
     for n in range(len(directions)):
         x, y, z = directions[n, 0], directions[n, 1], directions[n, 2]
-        column, row = bin_of(x, y, z, low, per_column, per_row, bottom)
+        column, row = find_bin(x, y, z, low, per_column, per_row, bottom)
         low[column, row] = min(low[column, row], z)
         high[column, row] = max(high[column, row], z)
 
 
 @compiled
-def bin_of(
+def find_bin(
     x: float,
     y: float,
     sine: float,
@@ -152,7 +152,7 @@ def sort_into_bins(
     distance: Floats,
     bins: Int32s,
 ) -> None:
-    """`bin_of` of a block of returns, without a branch: the compiler takes several at a time.
+    """`find_bin` of a block of returns, without a branch: the compiler takes several at a time.
 
     flat: [3 * returns] one after the other: only so does the compiler know how far apart they are.
     """

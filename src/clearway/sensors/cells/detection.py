@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.checks import array_problem, found, number_problem, points_of
+from clearway.base.checks import array_problem, check_points, collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -21,10 +21,10 @@ from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.cells.placing import Ground, layers_within, placed_scan
 from clearway.sensors.cells.return_block import REASONS
 from clearway.sensors.cells.returns import kept_returns
-from clearway.sensors.cells.scan_cells import PlacedScan, detected_in, share_of
+from clearway.sensors.cells.scan_cells import PlacedScan, compute_hit_share, detected_in
 from clearway.sensors.cells.visibility import surface_probability, visible_behind
 
-Rule = str
+DetectionRule = str
 """How hits become P_OD: a name of RULES."""
 
 REFERENCE_AREA_M2 = np.pi / 4.0
@@ -98,7 +98,7 @@ class Detection:
     def __post_init__(self) -> None:
         cells, columns = (self.grid.cells,), (self.grid.columns * self.grid.rows,)
         shares = ("probability", "hindrance", "visibility")
-        problems = found(
+        problems = collect_problems(
             (
                 *(array_problem(key, getattr(self, key), cells, 0.0, 1.0) for key in shares),
                 array_problem("hits", self.hits, cells, 0.0),
@@ -146,7 +146,7 @@ def detect(
     scan: Scan,
     *,
     grid_from_body: tuple[FloatArray, FloatArray] | None = None,
-    rule: Rule = "ratio",
+    rule: DetectionRule = "ratio",
     reference_area_m2: float = REFERENCE_AREA_M2,
     ground: Ground | None = None,
 ) -> Detection:
@@ -189,7 +189,7 @@ def detection_of_cells(
     grid frame and the balls [n] that they stand for. Cells beyond `max_range_m` are not seen.
     """
     blocked = np.ascontiguousarray(np.clip(probability, 0.0, 1.0), dtype=np.float64)
-    points = points_of(f"detection of {sensor}: points_m", points_m)
+    points = check_points(f"detection of {sensor}: points_m", points_m)
     layers = layers_within(grid, float(max_range_m))
     return Detection(
         grid,
@@ -242,7 +242,7 @@ def _ratio(
 ) -> FloatArray:
     """Hits by beams of the column (5.41)."""
     del grid, squared, area_m2
-    return share_of(hits, beams)
+    return compute_hit_share(hits, beams)
 
 
 def _surface(

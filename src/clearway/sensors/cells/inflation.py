@@ -21,7 +21,7 @@ AT_ONCE = 62
 """Layers of which each has a bit of a number."""
 
 
-def coated_cells(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:
+def inflate_points(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.ArrayLike) -> BoolArray:
     """[cells] cells that meet the ball of any point [m, 3] of the grid frame, (3.8), (3.9).
 
     radius_m: [m] or one for all: margin plus half the beam spacing there. Exact: the distance

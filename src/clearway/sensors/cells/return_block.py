@@ -122,7 +122,7 @@ def count_far(count: int, filters: Filters, culled: float, block: Block) -> tupl
         beyond += (of[RANGE2 + n] > max(high, culled)) & (of[RANGE2 + n] < np.inf)
     if filters.ground == -np.inf:
         return nonfinite, beyond, 0
-    place(count, filters, block)
+    place_block(count, filters, block)
     up = filters.up
     up_x, up_y, up_z = up[0], up[1], up[2]
     for n in range(count):
@@ -132,7 +132,7 @@ def count_far(count: int, filters: Filters, culled: float, block: Block) -> tupl
 
 
 @compiled
-def place(count: int, filters: Filters, block: Block) -> None:
+def place_block(count: int, filters: Filters, block: Block) -> None:
     """Grid frame and squared distances of a block."""
     r, o, of = filters.rotation, filters.origin, block.of
     r00, r01, r02, ox = r[0, 0], r[0, 1], r[0, 2], o[0]

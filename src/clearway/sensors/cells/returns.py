@@ -35,7 +35,7 @@ from clearway.sensors.cells.return_block import (
     find_steps,
     gather_near,
     new_block,
-    place,
+    place_block,
     sort_out,
     take_in,
 )
@@ -82,7 +82,7 @@ def bin_returns(points: Floats2, filters: Filters, tables: CellTables) -> Binned
             counts[BEYOND] += beyond
             counts[GROUND] += low
             gather_near(count, culled, block)
-        place(near, filters, block)
+        place_block(near, filters, block)
         sort_out(near, filters, block)
         near, low, beyond = cull_beside(near, tables.cone, block)
         counts[GROUND] += low
@@ -123,7 +123,7 @@ def kept_returns(points: Floats2, filters: Filters) -> tuple[Floats2, Floats]:
         part = flat[3 * start : 3 * (start + BLOCK)]
         count = len(part) // 3
         take_in(part, np.inf, block)
-        place(count, filters, block)
+        place_block(count, filters, block)
         sort_out(count, filters, block)
         m += _keep(count, filters.half_spacing, block, kept[m:], radius[m:])
     return kept[:m], radius[:m]

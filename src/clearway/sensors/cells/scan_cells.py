@@ -62,14 +62,14 @@ def detected_in(scan: PlacedScan) -> DetectedCells:
         found.hits,
         found.squared_ranges_m2,
         found.counts,
-        share_of(found.hits, beams),  # (5.41)
+        compute_hit_share(found.hits, beams),  # (5.41)
         hindrance,
         visibility,
     )
 
 
 @compiled
-def share_of(hits: Ints, beams: Ints) -> Floats:
+def compute_hit_share(hits: Ints, beams: Ints) -> Floats:
     """[cells] hits of the column's beams that ended in the cell, within [0, 1]."""
     columns = len(beams)
     share = np.zeros(len(hits))
@@ -85,7 +85,7 @@ def hindrance_of(
     hindering: Ints, blocked: Ints, beams: Ints, layers_in_range: int
 ) -> tuple[Floats, Floats]:
     """Hindrance and visibility [cells]; beams that the own airframe stops see no cell at all."""
-    hindrance = share_of(hindering, beams)
+    hindrance = compute_hit_share(hindering, beams)
     start = np.zeros(len(beams))
     for column in range(len(beams)):
         if beams[column] > 0:

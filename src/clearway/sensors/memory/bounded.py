@@ -14,7 +14,7 @@ from clearway.sensors.memory.remembered import (
     copy_box,
     empty_boxes,
     level_at,
-    picked,
+    pick_boxes,
     unite,
 )
 from clearway.sensors.voxels import slot_of, table_bits
@@ -70,7 +70,7 @@ def make_room(
     if dropped > 0:
         limit = np.partition(away, count - dropped)[count - dropped]
         keep = away < max(limit, np.nextafter(reach, np.inf))
-        boxes, away = picked(boxes, keep), away[keep]
+        boxes, away = pick_boxes(boxes, keep), away[keep]
         dropped = count - len(away)
     if len(away) <= capacity:
         spare = 2 * len(away) <= capacity

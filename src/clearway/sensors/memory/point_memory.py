@@ -29,9 +29,9 @@ from clearway.sensors.memory.remembered import (
     Pitch,
     balls_of,
     no_boxes,
-    picked,
+    pick_boxes,
 )
-from clearway.sensors.memory.sweep import Limits, Swept, remembered_after, swept_by
+from clearway.sensors.memory.sweep import Limits, Swept, remember_sweep, swept_by
 from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.memory.uncertain import radii_unsure, turned_by
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
@@ -230,7 +230,7 @@ def remember(
     limits = _limits(memory, time_s, noise_m)
     again = seen_again(memory.boxes, seen, memory.voxel_m)
     origin = read_only(origin_m)
-    swept = remembered_after(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
+    swept = remember_sweep(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
     return _after(memory, swept, memory.seen_from, memory.too_small)
 
 
@@ -290,7 +290,7 @@ def forget_moved(
     keep = (apart > reach_m) | (memory.last_seen_s < since_s)
     if keep.all():
         return memory
-    boxes = picked(memory.boxes, keep)
+    boxes = pick_boxes(memory.boxes, keep)
     return replace(memory, boxes=boxes, balls=balls_of(boxes))
 
 

@@ -156,7 +156,7 @@ def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
 
 
 @compiled
-def picked(boxes: Boxes, keep: Bools) -> Boxes:
+def pick_boxes(boxes: Boxes, keep: Bools) -> Boxes:
     """Those that are marked [n], in their order."""
     kept = empty_boxes(_count(keep))
     _pick(boxes, keep, kept)
@@ -192,7 +192,7 @@ def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
 
 
 @compiled
-def together(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes, int]:
+def merge_boxes(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes, int]:
     """Old boxes that doubt leaves, then those seen now, which hold the old ones of their voxels.
 
     Also how many there are of the former. doubt: [old]; again: [old] `seen_again`.
@@ -206,7 +206,7 @@ def together(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes
 def _put_together(
     old: Boxes, doubt: Floats, seen: Boxes, again: Ints, both: Boxes
 ) -> tuple[int, int]:
-    """Fill in `together`: how many are kept of the old ones, and how many there are in all."""
+    """Fill in `merge_boxes`: how many are kept of the old ones, and how many there are in all."""
     kept = 0
     for n in range(len(doubt)):
         if again[n] < 0 and doubt[n] < 1.0:
@@ -248,7 +248,7 @@ def balls_of(boxes: Boxes) -> Balls:
 
 
 @compiled
-def in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> Bools:
+def mark_in_reach(boxes: Boxes, sensor: Sensor, reach: float) -> Bools:
     """[n] whether any of the box may lie within reach of the sensor."""
     near = np.empty(len(boxes.doubt), dtype=np.bool_)
     for n in range(len(near)):

@@ -16,7 +16,7 @@ from clearway.sensors.memory.remembered import (
     Pitch,
     balls_of,
     doubted,
-    together,
+    merge_boxes,
 )
 from clearway.sensors.memory.swept_boxes import found_again, numbered_boxes
 from clearway.sensors.memory.wires import join_lines
@@ -70,11 +70,11 @@ def swept_by(
     )
     again = found_again(boxes, table, limits.voxel_m)
     doubt = doubts(boxes, again, directions.nearest_m, sensor, before, raster, rule)
-    return seen.too_small, remembered_after(boxes, balls, doubt, new, again, sensor.origin, limits)
+    return seen.too_small, remember_sweep(boxes, balls, doubt, new, again, sensor.origin, limits)
 
 
 @compiled
-def remembered_after(
+def remember_sweep(
     before: Boxes,
     balls: Balls,
     doubt: Floats,
@@ -90,7 +90,7 @@ def remembered_after(
     if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
         # Nothing comes, nothing goes: but for doubt all is as it was.
         return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
-    both, kept = together(before, doubt, seen, again)
+    both, kept = merge_boxes(before, doubt, seen, again)
     boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_bare(boxes, kept, 1), _count_bare(boxes, kept, 2)
     room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)

@@ -37,7 +37,7 @@ MOST_TESTED = 400
 """Boxes of a sweep that are looked at, evenly picked by their voxels."""
 
 
-SURELY = 1e-6
+SIZE_SPARE = 1e-6
 """Share of its size by which a cell lies too far off at least to be passed over."""
 
 
@@ -162,7 +162,7 @@ def _neighbours(middles: Floats2, n: int, cells: ThinBoxes, near: Ints) -> int:
     count, x, y, z = 0, middles[n, 0], middles[n, 1], middles[n, 2]
     size, order, start, keys = cells.size_m, cells.order, cells.start, cells.keys
     xs, ys, zs = cells.middle_m[0], cells.middle_m[1], cells.middle_m[2]
-    surely2 = (size + SURELY * size) ** 2
+    surely2 = (size + SIZE_SPARE * size) ** 2
     for i in range(-1, 2):
         away_x = _to_cell(x, i, size)
         for j in range(-1, 2):

@@ -14,9 +14,9 @@ from clearway.base.compiled import compiled
 from clearway.sensors.beams.binning import TINY
 from clearway.sensors.beams.raster import BeamRaster
 from clearway.sensors.observed.free_marking import (
+    ASIDE_SHARE,
     COLUMNS,
     ROWS,
-    SURELY,
     TO_LEFT,
     TO_RIGHT,
     BeamField,
@@ -51,8 +51,8 @@ def mark_columns(
     """
     # The bits between the heights: the same in every column.
     bits = np.zeros(free.shape[2], dtype=np.uint64)
-    first = max(int(np.ceil(heights[0] / voxel - SURELY)), low[2])
-    last = min(int(np.floor(heights[1] / voxel + SURELY)) - 1, low[2] + ROWS - 1)
+    first = max(int(np.ceil(heights[0] / voxel - ASIDE_SHARE)), low[2])
+    last = min(int(np.floor(heights[1] / voxel + ASIDE_SHARE)) - 1, low[2] + ROWS - 1)
     for c in range(first, last + 1):
         at = c & (ROWS - 1)
         bits[at // WORD] |= ONE << np.uint64(at & (WORD - 1))

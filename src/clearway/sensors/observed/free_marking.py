@@ -20,7 +20,7 @@ ROLL_WITHIN = 8
 WITHIN = 0.5 - 1.0 / ROLL_WITHIN
 """Part of the window's width that is always there on either side of the vehicle."""
 TO_RIGHT, TO_LEFT = np.uint8(1), np.uint8(2)
-SURELY = 1e-6
+ASIDE_SHARE = 1e-6
 """Share of the reach by which a column lies aside at least of what beams see, to be passed over."""
 
 
@@ -181,9 +181,9 @@ def _mark_passed(
     aside_right = right / (1.0 - abs(right)) if to_right else 0.0
     slope_left, slope_right = aside_left * r20 - r21, r21 - aside_right * r20
     # Columns that lie beyond it by so much do so at any height.
-    beyond_x = -(abs(r20) + SURELY) * reach
-    beyond_left = -(abs(slope_left) + SURELY) * reach
-    beyond_right = -(abs(slope_right) + SURELY) * reach
+    beyond_x = -(abs(r20) + ASIDE_SHARE) * reach
+    beyond_left = -(abs(slope_left) + ASIDE_SHARE) * reach
+    beyond_right = -(abs(slope_right) + ASIDE_SHARE) * reach
     for a in range(first_a, last_a + 1):
         dx = (a + 0.5) * voxel - ox
         for b in range(first_b, last_b + 1):

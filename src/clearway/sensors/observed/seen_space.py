@@ -65,7 +65,7 @@ NOTHING_SEEN = SeenSpace(
 """Where no range sensor looks."""
 
 
-def packed(free: npt.ArrayLike) -> Voxels:
+def pack_voxels(free: npt.ArrayLike) -> Voxels:
     """Bits of voxels [columns, columns, rows] that are marked or not; rows are whole words."""
     octets = np.packbits(np.asarray(free, dtype=np.bool_), axis=2, bitorder="little")
     return np.ascontiguousarray(octets).view("<u8").astype(np.uint64, copy=False)

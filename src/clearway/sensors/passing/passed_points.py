@@ -16,7 +16,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beams.binning import TINY
 from clearway.sensors.beams.lidar import Lidar
-from clearway.sensors.beams.raster import BeamRaster, bin_of
+from clearway.sensors.beams.raster import BeamRaster, find_bin
 from clearway.sensors.beams.simulate import sensor_pose
 
 MAX_WINDOW = 8
@@ -170,7 +170,7 @@ def goes_on(
         return False
     low, high = raster.low, raster.high
     sine = z / (distance + TINY)
-    column, row = bin_of(x, y, sine, low, raster.per_column, raster.per_row, raster.bottom)
+    column, row = find_bin(x, y, sine, low, raster.per_column, raster.per_row, raster.bottom)
     # The raster has an empty row below and above the pattern's beams.
     if row < 1 or row + 1 >= low.shape[1] or not raster.flanked[column, row]:
         return False

@@ -65,7 +65,7 @@ class Sighting(NamedTuple):
         return self.mean_m + DEPTH_OF_CENTER * radius_m * self.away
 
 
-def frame_of(lidar: Lidar, scan: Scan, state: State, sigmas: float) -> BeamFrame:
+def place_beams(lidar: Lidar, scan: Scan, state: State, sigmas: float) -> BeamFrame:
     """The beams of a scan taken at `state`, which pass what they go on beyond for certain.
 
     sigmas: standard deviations of range and own position that certainty takes.

@@ -51,7 +51,7 @@ def _mark_blocks(nearest: Floats2, alike: UInt8s2, blocks: UInt8s2) -> None:
 
 
 @compiled
-def first_known(blocks: UInt8s2) -> UInt8s2:
+def mark_first_known(blocks: UInt8s2) -> UInt8s2:
     """[columns, rows] what blocks alone tell of each bin: bins of blocks are wide, and what adjoins
     none at any range is narrow."""
     known = np.empty(blocks.shape, dtype=np.uint8)
@@ -61,7 +61,7 @@ def first_known(blocks: UInt8s2) -> UInt8s2:
 
 @compiled
 def _mark_known(blocks: UInt8s2, beside: UInt8s, known: UInt8s2) -> None:
-    """Fill in `first_known`. beside: [rows + 2] room for blocks of three columns."""
+    """Fill in `mark_first_known`. beside: [rows + 2] room for blocks of three columns."""
     columns, rows = blocks.shape
     for c in range(columns):
         b, d = c - 1 if c > 0 else columns - 1, c + 1 if c + 1 < columns else 0
@@ -110,7 +110,7 @@ class Widths(NamedTuple):
     blocks: UInt8s2
     """[columns, rows] `blocks_of` it."""
     known: UInt8s2
-    """[columns, rows] `first_known`; what is found out is filled in."""
+    """[columns, rows] `mark_first_known`; what is found out is filled in."""
     per_bin: Int32s2
     """[columns, rows] returns per bin; empty where no lone ones are looked for."""
     half_spacing: float
@@ -127,7 +127,7 @@ def widths_of(directions: Directions, half_spacing: float, smallest: float) -> W
     if fine > 0.0:
         _count(directions.bin, per_bin.reshape(per_bin.size))
     blocks = blocks_of(nearest)
-    return Widths(nearest, blocks, first_known(blocks), per_bin, half_spacing, fine)
+    return Widths(nearest, blocks, mark_first_known(blocks), per_bin, half_spacing, fine)
 
 
 @compiled

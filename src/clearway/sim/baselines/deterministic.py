@@ -26,7 +26,7 @@ from clearway.reach.expand.replay import completed
 from clearway.reach.sets import lattice_for
 from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_detections
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import Routes, routes
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
@@ -37,7 +37,7 @@ HELD = (1, 1, 1, 2, 2, 3)
 ten movements makes 12 million nodes, which no vehicle rates in flight."""
 
 
-def full(craft: Craft) -> Rule:
+def full(craft: Craft) -> ManoeuvreRule:
     """The paper's predecessor: cells with hits are closed, all else is free; full reach set.
 
     Every sequence of the movements about one axis, chosen anew six times on the way.
@@ -61,7 +61,7 @@ def full(craft: Craft) -> Rule:
     return rule
 
 
-def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
+def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
     """Likewise, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
@@ -71,7 +71,7 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
     return rule
 
 
-def first_hit(craft: Craft) -> Rule:
+def first_hit(craft: Craft) -> ManoeuvreRule:
     """Likewise, closed from the first hit on: the most careful that a threshold can be."""
     return reduced(craft, closing_hits=1)
 

@@ -37,6 +37,6 @@ class Craft:
     __repr__ = brief
 
 
-Rule = Callable[[Situation, Manoeuvre | None], Manoeuvre]
+ManoeuvreRule = Callable[[Situation, Manoeuvre | None], Manoeuvre]
 """(what is known, the manoeuvre before) -> the next one."""
-MakeRule = Callable[[Craft], Rule]
+MakeRule = Callable[[Craft], ManoeuvreRule]

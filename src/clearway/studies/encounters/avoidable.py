@@ -68,7 +68,7 @@ class SearchVerdict:
     """States that the search came through."""
 
 
-def search(
+def search_avoidance(
     automaton: MovementAutomaton,
     opponent: Opponent,
     keep_m: float,

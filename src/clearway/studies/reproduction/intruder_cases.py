@@ -133,7 +133,7 @@ def met(
     return cells.probability, cells.intruders[0][model]
 
 
-def assess(probability: FloatArray) -> Assessed:
+def assess_intruder_alone(probability: FloatArray) -> Assessed:
     """The reach set rated where nothing but an intruder is known, P_OI [cells].
 
     Everything is visible, so all four ratings are 1 - P_OI.

@@ -140,7 +140,7 @@ class EncounterTraffic:
         return {INTRUDER: 0.0}
 
 
-def fly(
+def fly_model_encounter(
     encounter: ModelEncounter,
     planner: str,
     settings: RiskSettings,
@@ -201,7 +201,7 @@ def separation_of(
         own = np.zeros((len(time_s), 3))
         own[:, 0] = settings.own_mps * time_s
         return separation(own, encounter.at_all(time_s), settings), DecisionEffort()
-    run = fly(encounter, planner, settings)
+    run = fly_model_encounter(encounter, planner, settings)
     own = true_path_m(run, settings)
     took_ms = _median_ms([entry.elapsed_s for entry in run.decisions])
     effort = DecisionEffort(run.emergencies, took_ms)

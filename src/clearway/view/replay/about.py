@@ -10,7 +10,7 @@ import numpy as np
 from clearway.avoidance.past import VOXELS_IN_RANGE
 from clearway.avoidance.rules import GroundHeights
 from clearway.base.frames import FloatArray
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.base.packed import one_a_voxel
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
@@ -43,7 +43,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
         "clearway": __version__,
         "name": mission.name,
         "planner": run.planner,
-        "rating": shown(settings.rating),
+        "rating": shorten_own_name(settings.rating),
         "threshold": settings.threshold,
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
