@@ -18,7 +18,8 @@ from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State

@@ -14,7 +14,6 @@ import json
 import statistics
 import time
 from collections.abc import Iterable
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -69,7 +68,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     def twice(planner: Planner, situation: Situation, commitment: Commitment | None) -> Decision:
         if not situation.intruders:
             return decided(planner, situation, commitment=commitment)
-        alone = replace(planner, settings=replace(planner.settings, volumes=None))
+        alone = planner.changed(volumes=None)
 
         def added() -> tuple[float, Decision]:
             took: dict[bool, float] = {}

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from clearway.avoidance.costs import Prices
     from clearway.avoidance.decide import decide
     from clearway.avoidance.decision import Decision
-    from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.planner import Planner
     from clearway.avoidance.scene import SceneAssessment
+    from clearway.avoidance.settings import AvoidanceSettings
     from clearway.avoidance.situation import Situation
     from clearway.base.errors import ClearwayError
     from clearway.base.grid import AvoidanceGrid
@@ -89,7 +90,7 @@ __all__ = [
 
 _ROOM_OF = {
     "AvoidanceGrid": "base.grid",
-    "AvoidanceSettings": "avoidance.planner",
+    "AvoidanceSettings": "avoidance.settings",
     "AvoidanceSystem": "live",
     "BeamPattern": "sensors",
     "ClearwayError": "base.errors",

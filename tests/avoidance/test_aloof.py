@@ -7,7 +7,8 @@ import pytest
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle

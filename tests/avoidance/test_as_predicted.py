@@ -9,7 +9,8 @@ from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.way_out import WayOut
 from clearway.base.state import State

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.verify import path_clearance
 from clearway.base.frames import FloatArray

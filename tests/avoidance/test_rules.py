@@ -8,7 +8,7 @@ import pytest
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.crossing import crossings_ahead
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import (
     GroundHeights,
     Rule,
@@ -22,6 +22,7 @@ from clearway.avoidance.rules import (
     terrain_clearance,
     vertical_only,
 )
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.state import State

@@ -11,10 +11,11 @@ import pytest
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
 from clearway.avoidance.rules import Rule
 from clearway.avoidance.rules.airspace import altitude_ceiling, altitude_floor, keep_out, near_route
 from clearway.avoidance.rules.traffic import horizontal_only, right_of_way
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid

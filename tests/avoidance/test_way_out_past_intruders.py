@@ -7,7 +7,8 @@ import numpy as np
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.state import State
 from clearway.traffic import Intruder

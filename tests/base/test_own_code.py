@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells, rating_named
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base import own_code
 from clearway.base.errors import ClearwayError, InputError, MissingExtraError, OwnCodeError
 from clearway.base.grid import AvoidanceGrid

@@ -49,13 +49,15 @@ def system(**changed: object) -> AvoidanceSystem:
         (lambda: cw.AvoidanceGrid.uniform(layers=2.5), "layers: a whole number from 1"),
         (lambda: cw.Lidar("l", None), "pattern: takes a BeamPattern, got NoneType"),
         (lambda: system(lidars=[LIDAR, LIDAR]), "is there twice"),
-        (lambda: system(ground_m=np.inf), "ground_m: must be a number"),
+        (lambda: planner(ground_height_m=np.inf), "ground_height_m: must be a number"),
         (
             lambda: AvoidanceSystem(mission((9.0, 0.0, 0.0)), planner()),
             "takes a Planner, got Miss",
         ),
         (lambda: AvoidanceSystem(planner(), LEVEL), "mission: takes a Mission, got list"),
-        (lambda: system(ground_m=np.nan), "ground_m: must be a number"),
+        (lambda: planner(ground_height_m=np.nan), "ground_height_m: must be a number"),
+        (lambda: planner(scan_s=-1.0), "scan_s: must be a number from 0"),
+        (lambda: planner(patience_turns=np.nan), "patience_turns: must be a number"),
     ],
 )
 def test_what_is_no_such_value_is_refused_by_name(takes: Callable[[], object], named: str) -> None:

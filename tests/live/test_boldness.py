@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.avoidance.costs import Prices
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.boldness import LONGEST, PATIENCE, Boldness

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
 from clearway.live.explain import NOT_REACHABLE

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State

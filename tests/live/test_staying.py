@@ -10,7 +10,8 @@ import pytest
 from clearway.avoidance.candidates import Commitment
 from clearway.avoidance.chosen import Basis
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.live import AvoidanceSystem
 from clearway.live.dead_end import GIVEN_UP, STAYS, TRIES, _closed_or_not
 from clearway.live.mission import Progress

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.ways_out import WaysOut
 from clearway.base.errors import InputError

@@ -66,7 +66,8 @@ def known(run: Run) -> set[str]:
 
 
 def test_without_following_nobody_knows_of_the_silent_one() -> None:
-    run = replace(setup(), follow_movers=False).fly()
+    there = setup()
+    run = replace(there, planner=there.planner.changed(follow_movers=False)).fly()
     assert known(run)
     assert known(run) < known(flown(0))
 

@@ -277,7 +277,7 @@ def test_a_row_is_flown_again_with_pictures_and_ends_the_same(
 def test_a_planner_that_raises_is_a_flight_that_failed(
     small: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def falls(*_: object) -> None:
+    def falls(*_: object, **_named: object) -> None:
         raise ZeroDivisionError("over zero")
 
     monkeypatch.setattr("clearway.missions.setup.simulate", falls)

@@ -9,9 +9,9 @@ import pytest
 
 from clearway.io.traffic.traffic import read_traffic
 from clearway.studies.encounter_model import read_encounter_model
-from clearway.studies.risk.straying import Strays, covered, strays_of_model, strays_of_recording
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT, Growth, TwoKinds
 from clearway.traffic.recorded import aircraft_of
+from straying import Strays, covered, strays_of_model, strays_of_recording
 
 AHEAD = (10, 20, 30, 60)
 MODEL = "uncor_1200only_fwse_v1p2.txt"

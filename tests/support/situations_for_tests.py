@@ -12,7 +12,8 @@ from clearway.avoidance.chosen import Basis
 from clearway.avoidance.costs import Prices
 from clearway.avoidance.decide import decide
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid

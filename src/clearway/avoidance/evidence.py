@@ -20,7 +20,7 @@ from clearway.avoidance.hazards import (
     no_shapes,
     nothing_moving,
 )
-from clearway.avoidance.planner import EvidenceSettings
+from clearway.avoidance.settings import EvidenceSettings
 from clearway.avoidance.situation import Situation, margin_m, margin_slope
 from clearway.base.brief import brief
 from clearway.base.compiled import plain, read_only

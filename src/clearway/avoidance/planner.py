@@ -1,12 +1,11 @@
-"""What stays the same from decision to decision: settings, reach sets and their costs, rules."""
+"""What stays the same from decision to decision: reach sets and their costs, settings, rules."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, partial
-from typing import get_args
+from typing import Any
 
 import numpy as np
 
@@ -20,142 +19,19 @@ from clearway.avoidance.costs import (
 from clearway.avoidance.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.prepared import PreparedReachSet
 from clearway.avoidance.rules import MOST_RULES, Rule
-from clearway.avoidance.way_out import Escape, Narrow
-from clearway.base.brief import brief, one_line
-from clearway.base.checks import (
-    above_zero_problem,
-    found,
-    number_problem,
-    span_problem,
-    take_floats,
-    vector_problem,
-)
-from clearway.base.errors import ClearwayError, InputError
+from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.way_out import Escape
+from clearway.base.brief import one_line
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.reach.escapes import EscapeLibrary
 from clearway.reach.store import ReachLibrary
 from clearway.reach.tree import ReachSet
-from clearway.sensors import combine_rule_named
-from clearway.traffic.models.cells import Accuracy
-from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.automaton_performance import performance_of
 from clearway.vehicle.performance import Performance
-
-
-@dataclass(frozen=True, slots=True)
-class EvidenceSettings:
-    """How evidence is gathered and rated; defaults are those of the paper's static mission."""
-
-    rating: str = "total"
-    unknown: float = 0.0
-    """How far hidden space counts as blocked, u in [0, 1]."""
-    _: KW_ONLY
-    unknown_unseen: float = 1.0
-    """The same for columns that no beam looks into."""
-    threshold: float = 0.3
-    """P_R that a trajectory must have."""
-    safety_margin_m: float = 0.6
-    """From the vehicle's centre to any obstacle's surface."""
-    sigmas: float = 3.0
-    """Standard deviations of the own position by which the margin grows."""
-    own_drift_mps: float = 0.05
-    """Growth of the margin with the age of the own state."""
-    point_sigmas: float = 2.0
-    """Standard deviations of the range by which a hit point grows."""
-    intruder_models: tuple[str, ...] = ("line", "spread")
-    sensor_fusion: str = "conjunction"
-    """How several sensors become one: (5.38), or weighted by precision and trust."""
-    accuracy: Accuracy = "fast"
-    """How finely volumes, bodies and spreads are looked at; but for "fast", returns at hand are not
-    merged either."""
-
-    __repr__ = brief
-
-    def __post_init__(self) -> None:
-        rating_named(self.rating)
-        combine_rule_named(self.sensor_fusion)
-        shares = ("unknown", "unknown_unseen", "threshold")
-        lengths = ("safety_margin_m", "sigmas", "own_drift_mps", "point_sigmas")
-        problems = found(
-            (
-                *(number_problem(key, getattr(self, key), 0.0, 1.0) for key in shares),
-                *(number_problem(key, getattr(self, key)) for key in lengths),
-            )
-        )
-        if problems:
-            raise InputError("settings", problems)
-        if self.accuracy not in get_args(Accuracy):
-            raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
-        take_floats(self, EvidenceSettings)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AvoidanceSettings(EvidenceSettings):
-    """How decisions are taken; defaults are those of the paper's static mission.
-
-    >>> import clearway as cw
-    >>> cw.AvoidanceSettings(safety_margin_m=3.0, rating="visible")
-    AvoidanceSettings(rating='visible', safety_margin_m=3)
-    """
-
-    verify: bool = True
-    """Hold candidates against the evidence itself; without, cell ratings alone decide."""
-    smallest_object_m: float | None = None
-    """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
-    escape: str = "strict"
-    """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
-    without a range sensor "strict" is as "known"."""
-    narrow: str = "refuse"
-    """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
-    body_radius_m: float = 0.1
-    """Distance kept from what nobody has seen, and in flight with ways out from all else at
-    least."""
-    start_free_m: float | None = None
-    """Radius of the ball about the start that counts as seen to be free, since nobody can look at
-    where the vehicle stands; None for the length of a movement, or as far as a vehicle that can
-    stop needs to leave any start, by `live.straight_trial`."""
-    obstacles_span_m: tuple[float, float] | None = None
-    """Lowest and highest height, world frame, between which whatever stands reaches through all
-    heights: seen to be free at one of them, a place counts as free at all. None where nothing is
-    declared."""
-    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """What is known of the wind before take-off, world frame; own states tell it from then on."""
-    prices: Prices = field(default_factory=Prices)
-    volumes: VolumeSet | None = None
-    """What no aircraft should share with us in the next minute, beside the margin; None looks no
-    farther than trajectories lead."""
-    lowest_m: float = -math.inf
-    """Height below which nobody flies on in the next minute: of a rule, which itself holds it."""
-    highest_m: float = math.inf
-    """Likewise above."""
-
-    __repr__ = brief
-
-    def __post_init__(self) -> None:
-        EvidenceSettings.__post_init__(self)
-        problems = [
-            above_zero_problem("safety_margin_m", self.safety_margin_m),
-            number_problem("body_radius_m", self.body_radius_m),
-        ]
-        problems.append(vector_problem("wind_mps", self.wind_mps, 3))
-        if self.escape not in (*Escape,):
-            problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
-        if self.narrow not in (*Narrow,):
-            problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
-        if self.escape in (Escape.STRICT, Escape.MAPPED) and self.body_radius_m == 0.0:
-            problems.append(f'body_radius_m: must be above 0 where escape is "{self.escape}"')
-        if self.start_free_m is not None:
-            problems.append(number_problem("start_free_m", self.start_free_m))
-        if self.obstacles_span_m is not None:
-            problems.append(span_problem("obstacles_span_m", self.obstacles_span_m))
-        if self.smallest_object_m is not None:
-            problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
-        if found := [problem for problem in problems if problem]:
-            raise InputError("settings", found)
-        take_floats(self, AvoidanceSettings)
 
 
 def tube_of(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
@@ -246,6 +122,11 @@ class Planner:
             rules=tuple(rules),
             rating=rating,
         )
+
+    def changed(self, **settings: Any) -> Planner:
+        """The same planner with other values of its settings, but for `prices`, which are part of
+        the prepared costs already."""
+        return replace(self, settings=replace(self.settings, **settings))
 
     def __repr__(self) -> str:
         return one_line(

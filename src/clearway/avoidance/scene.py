@@ -16,9 +16,9 @@ import numpy as np
 from clearway.avoidance.evidence import CountedAs, evidence_of, in_reach, intruder_cells
 from clearway.avoidance.fusion import CellAssessment, Rating, assess_cells, rating_named
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import EvidenceSettings
 from clearway.avoidance.prepared import reach_of
 from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
+from clearway.avoidance.settings import EvidenceSettings
 from clearway.avoidance.situation import Situation
 from clearway.avoidance.verify import paths_of
 from clearway.base.brief import brief, in_brief, one_line
@@ -34,7 +34,6 @@ from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
 from clearway.sensors import Detection, Lidar, Scan, detect
-from clearway.sensors.detection import Rule
 from clearway.sensors.space import SpaceCells, classify_space
 from clearway.traffic import (
     Intruder,
@@ -101,16 +100,14 @@ class RatingSettings(EvidenceSettings):
     """How evidence becomes ratings: as in a decision, but looked at finely."""
 
     accuracy: Accuracy = "fine"
-    detection: Rule = "ratio"
-    """How hits become P_OD."""
 
     __repr__ = brief
 
     @classmethod
-    def of(cls, settings: EvidenceSettings, detection: Rule = "ratio") -> RatingSettings:
+    def of(cls, settings: EvidenceSettings) -> RatingSettings:
         """Those of a decision."""
         same = {one.name: getattr(settings, one.name) for one in fields(EvidenceSettings)}
-        return cls(**same | {"accuracy": "fine", "detection": detection})
+        return cls(**same | {"accuracy": "fine"})
 
 
 @dataclass(frozen=True, slots=True)

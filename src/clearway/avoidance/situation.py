@@ -12,7 +12,8 @@ import numpy as np
 
 from clearway.avoidance.goal import Goal
 from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import EvidenceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import EvidenceSettings
 from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,

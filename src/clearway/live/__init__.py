@@ -6,7 +6,7 @@ reported traffic, the plan being flown.
 """
 
 from clearway.live.flight_decision import FlightDecision
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.readings import Reading
 from clearway.live.system import AvoidanceSystem
 
-__all__ = ["AvoidanceSystem", "DataLimits", "FlightDecision", "Reading"]
+__all__ = ["AvoidanceSystem", "FlightDecision", "Reading"]

@@ -47,9 +47,8 @@ class Insistence:
     """Who decides from moment to moment: a planner that insists, or one that does not."""
 
     def __init__(self, planner: Planner) -> None:
-        settings = planner.settings
-        self._careful = replace(planner, settings=replace(settings, escape=Escape.STRICT))
-        self._bold = replace(planner, settings=replace(settings, escape=Escape.OFF))
+        self._careful = planner.changed(escape=Escape.STRICT)
+        self._bold = planner.changed(escape=Escape.OFF)
         self._now = Boldness()
 
     @property

@@ -108,16 +108,6 @@ def leaves_no_room(
 
 
 @compiled
-def _cells_within(
-    middle: float, low: float, width: float, far: float, count: int
-) -> tuple[int, int]:
-    """First and last cell along an axis whose centre is no farther than that."""
-    at = (middle - low) / width - 0.5
-    first = max(0, int(np.ceil(at - far / width)))
-    return first, min(count - 1, int(np.floor(at + far / width)))
-
-
-@compiled
 def add_ball(
     values: Floats3, at: Ints, reach: float, lowest: int, highest: int, added: float
 ) -> None:

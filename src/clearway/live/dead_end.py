@@ -63,7 +63,7 @@ def out_of_dead_end(
     if knowledge.progress.done(knowledge.mission):
         return knowledge.progress
     if free is not None and detour is None:
-        turns = knowledge.limits.patience_turns if gives_way else WAITED
+        turns = knowledge.planner.settings.patience_turns if gives_way else WAITED
         return _through_seen(knowledge, free.seen, state, now_s, turns, escaped=escaped)
     return _after_waiting(knowledge, state, now_s, detour)
 
@@ -88,7 +88,7 @@ def _after_waiting(
     radius = planner.automaton.turning_radius_m
     if not np.isfinite(radius):
         return progress
-    waits_s = knowledge.limits.patience_turns * 2.0 * np.pi * radius / planner.speed_mps
+    waits_s = planner.settings.patience_turns * 2.0 * np.pi * radius / planner.speed_mps
     if not stuck(progress, now_s, waits_s):
         return progress
 

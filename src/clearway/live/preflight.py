@@ -270,7 +270,7 @@ def _known(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> Es
     unsure = EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
     if planner.automaton.can_stop or price_of(planner.prices.no_room) == 0.0:
         return unsure
-    strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
+    strict = planner.changed(escape=Escape.STRICT)
     seen = _escape_plan(strict, sensors, start)
     if seen.flown != Escape.STRICT:
         return unsure
@@ -282,7 +282,7 @@ def _by_map(
     planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray, start: State
 ) -> EscapePlan:
     """Where a map is declared complete."""
-    strict = replace(planner, settings=replace(planner.settings, escape=Escape.STRICT))
+    strict = planner.changed(escape=Escape.STRICT)
     seen = _escape_plan_of(strict, sensors, None, start)
     if seen.flown == Escape.OFF:
         return replace(seen, asked=Escape.MAPPED)

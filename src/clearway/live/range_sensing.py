@@ -21,7 +21,6 @@ from clearway.live.dynamic_objects import (
     follow,
     forget_dynamic_objects,
 )
-from clearway.live.readings import DataLimits
 from clearway.sensors import (
     Court,
     Detection,
@@ -35,7 +34,6 @@ from clearway.sensors import (
     remembered_after,
     unseen,
 )
-from clearway.sensors.detection import Rule
 from clearway.sensors.free_space import FreeSpace
 from clearway.traffic import Intruder
 
@@ -82,11 +80,7 @@ class RangeSensing:
         self,
         planner: Planner,
         sensors: Mapping[str, RangeSensor],
-        limits: DataLimits,
         *,
-        detection_rule: Rule,
-        ground_m: float,
-        follow_movers: bool,
         start_m: FloatArray,
         complete_m: FloatArray | None = None,
     ) -> None:
@@ -94,13 +88,12 @@ class RangeSensing:
         self.sigma_m = min((sensor.sigma_m for sensor in sensors.values()), default=0.0)
         """Standard deviation of the range of the best sensor; 0 without any."""
         self._planner = planner
-        self._fresh_s = limits.scan_s
-        self._detection_rule = detection_rule
-        self._ground_m = ground_m
+        ground = planner.settings.ground_height_m
+        self._ground_m = -np.inf if ground is None else ground
         self._scans: dict[str, Scan] = {}
         margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
         settings = DynamicObjectSettings.of(margin, planner.speed_mps)
-        self._following = Following(settings) if follow_movers else None
+        self._following = Following(settings) if planner.settings.follow_movers else None
         self.free_space: FreeSpace | None = None
         """What was seen to be free: ways out have to lead through it, or at least those out of
         dead ends are sought in it."""
@@ -112,7 +105,7 @@ class RangeSensing:
         # One each: no sensor wipes out what another has seen.
         empty = PointMemory.empty(
             MEMORY_VOXEL * margin,
-            limits.memory_s,
+            planner.settings.memory_s,
             reach_m=self.memory_reach_m,
             smallest_m=planner.settings.smallest_object_m or 0.0,
         )
@@ -233,7 +226,8 @@ class RangeSensing:
         }
 
     def _is_fresh(self, name: str, now_s: float) -> bool:
-        return name in self._scans and now_s - self._scans[name].time_s <= self._fresh_s
+        fresh_s = self._planner.settings.scan_s
+        return name in self._scans and now_s - self._scans[name].time_s <= fresh_s
 
     def detections(
         self, scans: Mapping[str, Scan], frame: GridFrame, own_state_at: Callable[[float], State]
@@ -252,7 +246,7 @@ class RangeSensing:
             self._planner.grid,
             scan,
             grid_from_body=frame.grid_from_body(pose),
-            rule=self._detection_rule,
+            rule=self._planner.settings.detection,
             ground=self._ground(frame),
         )
         if self._court is None:

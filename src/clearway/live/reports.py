@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.state import State
 from clearway.traffic import (
     Intruder,
@@ -45,17 +46,15 @@ class Reports(Protocol):
         ...
 
 
-def reports_for(
-    tracker: TrackerSettings | None, stale_s: float, speed_mps: float, address: str
-) -> Reports:
+def reports_for(settings: AvoidanceSettings, speed_mps: float) -> Reports:
     """Tracks where there are settings for them, else the latest reports; nothing heard yet.
 
-    stale_s: how long the latest reports are believed; the tracker has its own limit. speed_mps and
-    address: the own ones.
+    speed_mps: the own one. A tracker has its own limit of age.
     """
-    if tracker is None:
-        return LatestReports(stale_s, address)
-    return TrackedReports(tracker, speed_mps, address)
+    address = settings.transponder_address
+    if settings.tracker is None:
+        return LatestReports(settings.intruder_s, address)
+    return TrackedReports(settings.tracker, speed_mps, address)
 
 
 class LatestReports:

@@ -8,7 +8,7 @@ voxels of seen space and its heading decide which voxels beams mark.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import count, product, takewhile
 
@@ -111,7 +111,7 @@ def start_ball_m(planner: Planner, library: EscapeLibrary, sensors: Sequence[Any
 
 def with_start_ball(planner: Planner, radius_m: float) -> Planner:
     """Return the planner of a flight whose start declares a ball of so many metres free."""
-    return replace(planner, settings=replace(planner.settings, start_free_m=radius_m))
+    return planner.changed(start_free_m=radius_m)
 
 
 @dataclass(frozen=True)

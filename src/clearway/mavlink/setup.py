@@ -114,9 +114,8 @@ def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> 
         terrain=file.rules.terrain_m is not None,
         stays_level=setup.planner.automaton.stays_level,
     )
-    limits = LinkLimits(
-        options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
-    )
+    settings = setup.planner.settings
+    limits = LinkLimits(options.heartbeat_s, stale_s=settings.state_s, blind_s=settings.scan_s)
     sensor = sensor_of(file, setup, 0.0)
     if sensor is not None:
         sees_m = min(sensor.pattern.max_range_m, setup.planner.grid.range_m)
@@ -184,7 +183,7 @@ def _traffic(
         extra_radius_m=options.traffic_margin_m,
         reach_m=reach,
         horizon_s=reach / setup.planner.speed_mps,
-        oldest_s=setup.limits.intruder_s,
+        oldest_s=setup.planner.settings.intruder_s,
     )
 
 

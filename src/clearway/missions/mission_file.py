@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.avoidance.costs import Prices
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -177,7 +177,8 @@ class MissionFile(Section):
         return None if named is None else VOLUME_SETS.named(named)
 
     def to_avoidance(self) -> AvoidanceSettings:
-        """How decisions are taken."""
+        """How the vehicle senses, remembers and decides."""
+        volumes = self.to_volumes()
         return AvoidanceSettings(
             **values_for(AvoidanceSettings, self.rating, self.safety),
             rating=self.rating.name,
@@ -187,7 +188,11 @@ class MissionFile(Section):
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
-            volumes=self.to_volumes() if self.traffic.keep_volumes else None,
+            volumes=volumes if self.traffic.keep_volumes else None,
+            alert_volumes=volumes,
+            follow_movers=self.follows_dynamic_objects,
+            tracker=self.traffic.to_tracker(),
+            transponder_address=OWN_ADDRESS,
             lowest_m=-np.inf if self.rules.floor_m is None else self.rules.floor_m,
             highest_m=np.inf if self.rules.ceiling_m is None else self.rules.ceiling_m,
         )

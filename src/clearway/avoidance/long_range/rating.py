@@ -202,8 +202,8 @@ def _probabilities(
         radius, half = shapes[s, 0], shapes[s, 1]
         for k in range(moments):
             t, share, likely[k] = EVERY_S * k, heights[0, k], 0.0
-            across[0, k] = _across(spread[1, k], radius)
-            across[1, k] = _across(spread[2, k], radius)
+            across[0, k] = across_disc(spread[1, k], radius)
+            across[1, k] = across_disc(spread[2, k], radius)
             for m in range(climbs):
                 off = path[t, 2] - height[m, t]
                 beside[k, m] = (1.0 - share) * in_slab(off, heights[1, k], half)
@@ -232,18 +232,11 @@ def _probabilities(
 
 
 @compiled
-def in_disc(apart: float, std: float, radius: float) -> float:
-    """Chance that a place with a deviation per axis, expected so far away, is within a radius.
+def across_disc(std: float, radius: float) -> float:
+    """Chance that a place with a deviation per axis is within half the mean chord of a disc.
 
-    The disc counts as a rectangle as wide as its mean chord: within 0.04 of the truth.
+    Times `in_slab` it is that of the disc, as a rectangle of that width: within 0.04 of the truth.
     """
-    if apart > radius + 6.0 * std:
-        return 0.0
-    return _across(std, radius) * in_slab(apart, std, radius)
-
-
-@compiled
-def _across(std: float, radius: float) -> float:
     return math.erf(0.25 * math.pi * radius / (std * math.sqrt(2.0)))
 
 

@@ -12,7 +12,8 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson
@@ -131,13 +132,21 @@ class EncounterTally:
 
 
 @lru_cache(maxsize=2)
-def planner_at(scale: float) -> Planner:
-    """The planner of 6.5, all its lengths and speeds multiplied alike."""
+def planner_at(scale: float, *, tracks: bool = False) -> Planner:
+    """The planner of 6.5, all its lengths and speeds multiplied alike; tracks: by a tracker."""
     library = ReachLibrary.load_or_build(
         MovementAutomaton.plane(speed_mps=SPEED_MPS * scale),
         AvoidanceGrid.uniform(RANGE_M * scale),
     )
-    return Planner.of(library, AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M * scale))
+    tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
+    return Planner.of(
+        library,
+        AvoidanceSettings(
+            safety_margin_m=SAFETY_MARGIN_M * scale,
+            tracker=tracker if tracks else None,
+            transponder_address="ownship",
+        ),
+    )
 
 
 @lru_cache(maxsize=2)
@@ -173,10 +182,7 @@ def fly_encounter(
         waypoints_m=np.array([[far_m, 0.0, 0.0]]),
         reach_radius_m=REACH_RADIUS_M * scale,
     )
-    tracker = None
-    if settings.noisy:
-        tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
-    system = AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship")
+    system = AvoidanceSystem(planner_at(scale, tracks=settings.noisy), mission)
     return simulate(
         pilot_named(planner, system, craft_at(scale)),
         ObstacleMap(),

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.planner import Planner
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
@@ -87,7 +88,10 @@ def craft_of(settings: RiskSettings) -> Craft:
     )
     library = ReachLibrary.load_or_build(automaton, grid)
     planner = Planner.of(
-        library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m)
+        library,
+        AvoidanceSettings(
+            safety_margin_m=settings.spare * settings.margin_m, transponder_address="ownship"
+        ),
     )
     return Craft(planner, BODY_SHARE * settings.margin_m, automaton.turning_radius_m)
 
@@ -152,7 +156,7 @@ def fly(
         waypoints_m=np.array([[far_m, 0.0, 0.0]]),
         reach_radius_m=reach_m,
     )
-    system = AvoidanceSystem(craft.planner, mission, address="ownship")
+    system = AvoidanceSystem(craft.planner, mission)
     return simulate(
         pilot_named(planner, system, craft),
         ObstacleMap(),

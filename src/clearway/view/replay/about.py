@@ -37,6 +37,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
     if traffic is not None:
         bodies = traffic.margin_m - run.safety_margin_m
         radii = {name: rounded(float(r)) for name, r in zip(traffic.names, bodies, strict=True)}
+    ground_m = settings.ground_height_m
     return {
         "format": FORMAT,
         "clearway": __version__,
@@ -47,7 +48,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
         "speed_mps": setup.planner.speed_mps,
-        "ground_m": rounded(setup.ground_m),
+        "ground_m": None if ground_m is None else rounded(ground_m),
         "start_m": mission.start.position_m.tolist(),
         "waypoints_m": mission.waypoints_m.tolist(),
         "landing_m": mission.landing_m.tolist(),

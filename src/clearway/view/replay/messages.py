@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.fusion import RATINGS, assess_cells
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.frames import FloatArray
 from clearway.base.made import Made
 from clearway.base.own_code import shown
