@@ -11,7 +11,7 @@ from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.live.route import find_route
+from clearway.live.routing.route import find_route
 from clearway.obstacles.cells import base_probability, coated_cells
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap

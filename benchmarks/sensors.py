@@ -28,7 +28,7 @@ from clearway.sensors import (
     thin_points,
     update_memory,
 )
-from clearway.sensors.detection import Rule
+from clearway.sensors.cells.detection import Rule
 
 GRID = AvoidanceGrid.uniform()
 LIDAR = Lidar("front", BeamPattern.per_cell(GRID, max_range_m=10.0))

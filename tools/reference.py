@@ -15,7 +15,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
 from clearway.io.marked_page import put_between_marks
@@ -24,7 +24,7 @@ from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
 from clearway.reach.sets import METHODS
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.baselines.knowledge import EVERYTHING, in_words
 from clearway.sim.baselines.registry import KnownPlanner

@@ -16,19 +16,19 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.way_out_terms import carried_m, terms_of
-from clearway.avoidance.ways_out import STANDING, WaysOut
+from clearway.avoidance.escape.finder import STANDING, WaysOut
+from clearway.avoidance.escape.legs import EscapeTerms, leg_keeps
+from clearway.avoidance.escape.terms import carried_m, terms_of
+from clearway.avoidance.plan.evidence import in_reach
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
 from clearway.base.state import IntArray
 from clearway.live import AvoidanceSystem, Reading
-from clearway.live.flight_decision import FlightDecision
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.legs import Legs
+from clearway.reach.escapes.legs import Legs
 from clearway.sim import simulate
 from clearway.sim.baselines import CLEARWAY
 from clearway.studies.campaigns.families import make_case

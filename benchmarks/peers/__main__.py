@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.courses import courses, lasts_s
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson

@@ -7,15 +7,15 @@ import pytest
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import SeenSpace, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import SeenSpace, packed
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY
 

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.chord_distance import TERNARY_STEPS, shape_chord_distance
-from clearway.avoidance.clearance import (
+from clearway.avoidance.clear.chord_distance import TERNARY_STEPS, shape_chord_distance
+from clearway.avoidance.clear.clearance import (
     CIRCLE_SAMPLES,
     circle_clearance,
     points_clearance,
     shapes_clearance,
     span_of,
 )
-from clearway.avoidance.hazards import bin_points
+from clearway.avoidance.clear.hazards import bin_points
 from clearway.obstacles.obstacle import Obstacle, shape_distance, shapes_of
 
 UP = np.array([-np.sin(0.1), 0.0, np.cos(0.1)])

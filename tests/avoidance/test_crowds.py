@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.clearance import shapes_clearance, span_of
-from clearway.avoidance.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
-from clearway.avoidance.faces_crossed import own_axes_bound
+from clearway.avoidance.clear.clearance import shapes_clearance, span_of
+from clearway.avoidance.clear.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
+from clearway.avoidance.clear.faces_crossed import own_axes_bound
 from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 

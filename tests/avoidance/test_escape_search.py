@@ -7,18 +7,16 @@ from copy import copy
 import numpy as np
 import pytest
 
-from clearway.avoidance.clearance import moving_clearance, span_of
-from clearway.avoidance.escape_begun import KEEPS, begun_at, tips_of
-from clearway.avoidance.escape_chains import chain_keeps, chain_room, rounds
-from clearway.avoidance.escape_legs import EscapeTerms, carried, pose_after, was_seen
-from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
-from clearway.avoidance.escape_search import first_escape, movements_of
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import MovingHazards, bin_points
-from clearway.avoidance.too_near import LONG, TooNear, are_near, fill_in, too_near
-from clearway.avoidance.way_out import WayOut
-from clearway.avoidance.ways_out import WaysOut
-from clearway.avoidance.wide_space import (
+from clearway.avoidance.clear.clearance import moving_clearance, span_of
+from clearway.avoidance.clear.hazards import MovingHazards, bin_points
+from clearway.avoidance.escape.beginnings import KEEPS, begun_at, tips_of
+from clearway.avoidance.escape.chains import chain_keeps, chain_room, rounds
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.escape.legs import EscapeTerms, carried, pose_after, was_seen
+from clearway.avoidance.escape.places import NEARLY, loop_places, places_are_clear
+from clearway.avoidance.escape.search import first_escape, movements_of
+from clearway.avoidance.escape.too_near import LONG, TooNear, are_near, fill_in, too_near
+from clearway.avoidance.escape.wide_space import (
     MOST,
     OFTEN,
     fill_in_wide,
@@ -26,17 +24,19 @@ from clearway.avoidance.wide_space import (
     steps_within,
     wide_space,
 )
+from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.held_escape import WayOut
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.legs import Legs
-from clearway.reach.upwind import ways_in_wind
-from clearway.reach.ways import Ways
+from clearway.reach.escapes.legs import Legs
+from clearway.reach.escapes.upwind import ways_in_wind
+from clearway.reach.escapes.ways import Ways
 from clearway.sensors import simulate_scan
-from clearway.sensors.free_space import SHAPE
-from clearway.sensors.seen_space import NO_VOXELS, is_box_free, is_free, packed
+from clearway.sensors.observed.free_space import SHAPE
+from clearway.sensors.observed.seen_space import NO_VOXELS, is_box_free, is_free, packed
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.decide import decide
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import SeenSpace, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import SeenSpace, packed
 from worlds_for_tests import planner
 
 VOXEL_M = 0.25

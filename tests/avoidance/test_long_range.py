@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import ncx2, norm
 
 import clearway as cw
-from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.long_range.profiles import SECONDS, Motion, Wanted, profiles
 from clearway.avoidance.long_range.rating import Other, across_disc, in_slab, rated
 from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, Sense, resolve

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearway
+from clearway.avoidance.clear.hazards import PointHazards, grown_in_grid
 from clearway.avoidance.decide import decide
-from clearway.avoidance.evidence import evidence_of, in_reach, intruder_cells
-from clearway.avoidance.hazards import PointHazards, grown_in_grid
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.evidence import evidence_of, in_reach, intruder_cells
+from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.scene import Scene, SceneIntruder, SceneScan, assess_scene, situation_of
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State

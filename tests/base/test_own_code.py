@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells, rating_named
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.fusion import RATINGS, Evidence, assess_cells, rating_named
 from clearway.base import own_code
 from clearway.base.errors import ClearwayError, InputError, MissingExtraError, OwnCodeError
 from clearway.base.grid import AvoidanceGrid

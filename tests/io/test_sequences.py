@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import attitude_from_rotation, world_from_body
 from clearway.base.grid import AvoidanceGrid

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import clearway as cw
-from clearway.live.doubts import over_reach, over_wide_margin
+from clearway.live.preflight.doubts import over_reach, over_wide_margin
 from clearway.missions.mission_file import built_in_missions, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission

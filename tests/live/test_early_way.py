@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.live.early_way import early_way
-from clearway.live.route_map import UNSEEN, Cells
+from clearway.live.recovery.early_way import early_way
+from clearway.live.routing.route_map import UNSEEN, Cells
 from clearway.sim.baselines import CLEARWAY
 from clearway.studies.campaigns.families import make_case
 from clearway.studies.campaigns.file import read_campaign

@@ -12,7 +12,7 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.sensors.seen_space import (
+from clearway.sensors.observed.seen_space import (
     NO_BOX,
     NO_VOXELS,
     is_box_free,

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from clearway.avoidance.hazards import PointHazards, no_points
-from clearway.live.cell_marking import leaves_no_room
-from clearway.live.open_way import any_way
-from clearway.live.route_map import MOST_FINE, TALL_FINE, UNSEEN, WIDEST, Cells, RouteMap
-from clearway.live.seen_route import (
+from clearway.avoidance.clear.hazards import PointHazards, no_points
+from clearway.live.routing.cell_marking import leaves_no_room
+from clearway.live.routing.open_way import any_way
+from clearway.live.routing.route_map import MOST_FINE, TALL_FINE, UNSEEN, WIDEST, Cells, RouteMap
+from clearway.live.routing.seen_route import (
     BARRED,
     ENDS_BESIDE,
     GREEDY,
@@ -28,8 +28,8 @@ from clearway.live.seen_route import (
 )
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import NOTHING_SEEN, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import NOTHING_SEEN, packed
 
 MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
 START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])

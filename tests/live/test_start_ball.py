@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
 from clearway.vehicle.automaton import MovementAutomaton

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem

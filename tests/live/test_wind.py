@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 from ball_world import BallWorld
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
-from clearway.avoidance.situation import CALM, Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import CALM, Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
+from clearway.live.inputs.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.live.mission import Mission
-from clearway.live.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.reach.drifted import drifted
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar

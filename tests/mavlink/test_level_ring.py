@@ -21,9 +21,9 @@ from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
-from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.seen_space import is_place_free
 from clearway.sensors.range_sensor import LidarSensor
-from clearway.sensors.seen_space import is_place_free
 from companion_missions import CALM, mission
 from mavlink_for_tests import distances
 from simulated_flight import SimulatedFlight

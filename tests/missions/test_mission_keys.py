@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.io.toml import Section, parse_model
 from clearway.missions.fault_section import FaultsSection
 from clearway.missions.lidar_section import LidarSection

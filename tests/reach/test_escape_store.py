@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from clearway.reach import escape_store
-from clearway.reach.escape_store import FoundWays, load_or_search, search
-from clearway.reach.legs import Legs, legs_from_level
+from clearway.reach.escapes import store as escape_store
+from clearway.reach.escapes.legs import Legs, legs_from_level
+from clearway.reach.escapes.store import FoundWays, load_or_search, search
+from clearway.reach.escapes.ways import BEGINNINGS, Ways
 from clearway.reach.standard import standard_automata
 from clearway.reach.store import SHIPPED
-from clearway.reach.ways import BEGINNINGS, Ways
 from clearway.vehicle.automaton import MovementAutomaton
 from damage import DAMAGES
 

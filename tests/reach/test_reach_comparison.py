@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import TABLE_6_1, bound_6_5, compare
-from clearway.reach.coverage import footprint, footprint_labels, leading_to, measure, smoothness
-from clearway.reach.dispersal import dispersion, sample_reachable
+from clearway.reach.choose.coverage import (
+    footprint,
+    footprint_labels,
+    leading_to,
+    measure,
+    smoothness,
+)
+from clearway.reach.compare.comparison import TABLE_6_1, bound_6_5, compare
+from clearway.reach.compare.dispersal import dispersion, sample_reachable
 from clearway.reach.sets import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
 

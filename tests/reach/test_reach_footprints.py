@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import measure
-from clearway.reach.estimate import estimate_footprints
-from clearway.reach.footprints import FootprintTree, count_full
-from clearway.reach.reachable import reachable_cells
+from clearway.reach.choose.coverage import measure
+from clearway.reach.compare.estimate import estimate_footprints
+from clearway.reach.compare.footprints import FootprintTree, count_full
+from clearway.reach.compare.reachable import reachable_cells
 from clearway.reach.sets import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
 

@@ -11,7 +11,7 @@ import pytest
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import measure
+from clearway.reach.choose.coverage import measure
 from clearway.reach.sets import METHODS, build_reach_set
 from clearway.reach.tree import LAST_LAYER, SIDE
 from clearway.vehicle.automaton import Movement, MovementAutomaton

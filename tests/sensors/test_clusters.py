@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from ball_world import BallWorld
 from clearway.base.state import State
 from clearway.sensors import Lidar, Scan, simulate_scan
-from clearway.sensors.clusters import cluster_returns
-from clearway.sensors.sightings import (
+from clearway.sensors.passing.clusters import cluster_returns
+from clearway.sensors.passing.sightings import (
     Sighting,
     frame_of,
     is_passed,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from clearway.base.frames import world_from_body
-from clearway.sensors.beam_raster import beam_raster, nearest_returns
-from clearway.sensors.beams import BeamPattern
-from clearway.sensors.free_marking import (
+from clearway.sensors.beams.pattern import BeamPattern
+from clearway.sensors.beams.raster import beam_raster, nearest_returns
+from clearway.sensors.observed.free_marking import (
     COLUMNS,
     ROWS,
     WITHIN,
@@ -17,8 +17,8 @@ from clearway.sensors.free_marking import (
     field_of,
     mark,
 )
-from clearway.sensors.passing import Sensor
-from clearway.sensors.seen_space import WORD, packed
+from clearway.sensors.observed.seen_space import WORD, packed
+from clearway.sensors.passing.passed_points import Sensor
 
 VOXEL_M, SHORT_M = 0.3, 0.4
 

@@ -12,7 +12,7 @@ import pytest
 import clearway as cw
 from clearway.base.errors import ClearwayError
 from clearway.sensors import simulate_scan
-from clearway.sensors.memory import PointMemory
+from clearway.sensors.memory.point_memory import PointMemory
 from clearway.sensors.range_sensor import (
     LidarSensor,
     RangeSensor,

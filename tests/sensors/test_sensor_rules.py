@@ -18,7 +18,7 @@ from clearway.sensors import (
     remembered_after,
     simulate_scan,
 )
-from clearway.sensors.memory import PointMemory, update_memory
+from clearway.sensors.memory.point_memory import PointMemory, update_memory
 from clearway.sensors.standing import COMBINE_RULES, conjunction, weighted
 from sensors_for_tests import GRID, WORLD, at, lidar
 

@@ -5,18 +5,18 @@ import pytest
 
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar
-from clearway.sensors.beam_raster import beam_raster, bin_of, directions_of, nearest_returns
-from clearway.sensors.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
-from clearway.sensors.passing import (
+from clearway.sensors.beams.raster import beam_raster, bin_of, directions_of, nearest_returns
+from clearway.sensors.memory.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
+from clearway.sensors.memory.remembered import MOST_LEVELS, Pitch, level_at, together
+from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
+from clearway.sensors.passing.passed_points import (
     REACH_OF_BEAM,
     goes_on,
     in_sensor,
     place_returns,
     sensor_at,
 )
-from clearway.sensors.remembered import MOST_LEVELS, Pitch, level_at, together
-from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
-from clearway.sensors.width import ALIKE, Widths, _note_sizes, returns_with_size
+from clearway.sensors.passing.width import ALIKE, Widths, _note_sizes, returns_with_size
 
 PATTERN = BeamPattern.rotating(np.linspace(-30.0, 30.0, 21), 3.0, max_range_m=30.0)
 LIDAR = Lidar("all round", PATTERN, sigma_m=0.02)
@@ -66,7 +66,7 @@ def test_bins_of_all_returns_are_those_of_each():
 
 
 def sizes_one_by_one(points, nearest):
-    """How thick what each return hit is, as the docstrings of `sensors.width` have it."""
+    """How thick what each return hit is, as the docstrings of `sensors.passing.width` have it."""
     columns, rows = nearest.shape
 
     def in_block(c, r):

@@ -12,18 +12,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.automaton_file import automaton_file, read_automaton, write_automaton
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
 from clearway.sim.plants import PLANTS

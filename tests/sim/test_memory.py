@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.past import VOXELS_IN_RANGE, past
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
-from clearway.live.reports import MOST_UNASKED, reports_for
+from clearway.live.inputs.reports import MOST_UNASKED, reports_for
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import read_mission
 from clearway.sensors import Scan

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from clearway.avoidance.verify import path_clearance
+from clearway.avoidance.clear.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.toml import parse_model

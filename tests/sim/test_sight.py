@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from tools.sight import goes_on, leads_on
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out_terms import terms_of
+from clearway.avoidance.escape.terms import terms_of
+from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.escapes.library import EscapeLibrary
 from worlds_for_tests import planner
 
 

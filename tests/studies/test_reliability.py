@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance import calibration as calibrations
-from clearway.avoidance.calibration import CLASSES, Calibration, calibration, classes_of
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells
+from clearway.avoidance.rate import calibration as calibrations
+from clearway.avoidance.rate.calibration import CLASSES, Calibration, calibration, classes_of
+from clearway.avoidance.rate.fusion import RATINGS, Evidence, assess_cells
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.calibration import CLASSES, calibration
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.calibration import CLASSES, calibration
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import bootstrap_mean, wilson
 from clearway.io.marked_page import put_between_marks

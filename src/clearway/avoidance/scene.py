@@ -13,14 +13,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from clearway.avoidance.evidence import CountedAs, evidence_of, in_reach, intruder_cells
-from clearway.avoidance.fusion import CellAssessment, Rating, assess_cells, rating_named
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.prepared import reach_of
-from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
-from clearway.avoidance.settings import EvidenceSettings
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import paths_of
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.clear.verify import paths_of
+from clearway.avoidance.plan.evidence import CountedAs, evidence_of, in_reach, intruder_cells
+from clearway.avoidance.plan.prepared import reach_of
+from clearway.avoidance.plan.settings import EvidenceSettings
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.fusion import CellAssessment, Rating, assess_cells, rating_named
+from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -34,7 +34,7 @@ from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
 from clearway.sensors import Detection, Lidar, Scan, detect
-from clearway.sensors.space import SpaceCells, classify_space
+from clearway.sensors.cells.space import SpaceCells, classify_space
 from clearway.traffic import (
     Intruder,
     IntruderCells,

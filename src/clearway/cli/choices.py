@@ -17,7 +17,7 @@ from clearway.cli.numbers import refuse_absurd
 
 
 def _ratings() -> str:
-    from clearway.avoidance.fusion import RATINGS
+    from clearway.avoidance.rate.fusion import RATINGS
 
     return RATINGS.choices
 
@@ -29,7 +29,7 @@ def _methods() -> str:
 
 
 def _detection() -> str:
-    from clearway.sensors.detection import RULES
+    from clearway.sensors.cells.detection import RULES
 
     return RULES.choices
 

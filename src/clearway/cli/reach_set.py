@@ -15,7 +15,7 @@ from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
-    from clearway.reach.coverage import Coverage
+    from clearway.reach.choose.coverage import Coverage
     from clearway.reach.tree import ReachSet
     from clearway.vehicle.automaton import MovementAutomaton
     from clearway.view.plot.style import Pictures
@@ -57,8 +57,8 @@ def reach_set(
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
     if context.invoked_subcommand is not None:
         return
-    from clearway.reach.coverage import measure
-    from clearway.reach.lattice import movements_deep
+    from clearway.reach.choose.coverage import measure
+    from clearway.reach.expand.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
     pictures = drawn.pictures_of(form, dpi)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.avoidance.clear.hazards import Cause
+from clearway.avoidance.clear.verify import KEPT, Paths, path_clearance, sloping
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Cause
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import reach_of
-from clearway.avoidance.situation import Situation, margin_slope
-from clearway.avoidance.verify import KEPT, Paths, path_clearance, sloping
+from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import reach_of
+from clearway.avoidance.plan.situation import Situation, margin_slope
 from clearway.base.frames import FloatArray
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.plan import Plan
-from clearway.live.readings import TIME_TOLERANCE_S
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 

@@ -1,6 +1,6 @@
 """What readings have told up to now: the own place, what sensors saw, who reported, how far we are.
 
-Times here are the system's own; `live.clock` makes them of what whoever asks tells.
+Times here are the system's own; `live.inputs.clock` makes them of what whoever asks tells.
 """
 
 from __future__ import annotations
@@ -11,25 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Here, Situation, widest_margin_m
-from clearway.avoidance.way_out_terms import carried_m
+from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, length_of
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
-from clearway.live.clock import Clock
 from clearway.live.dynamic_objects import unreported
+from clearway.live.inputs.clock import Clock
+from clearway.live.inputs.own_states import Flown, OwnStates
+from clearway.live.inputs.range_sensing import RangeSensing
+from clearway.live.inputs.readings import Reading, reading_of
+from clearway.live.inputs.reports import reports_for
+from clearway.live.inputs.waiting import Waiting
+from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
-from clearway.live.own_states import Flown, OwnStates
-from clearway.live.range_sensing import RangeSensing
-from clearway.live.readings import Reading, reading_of
-from clearway.live.reports import reports_for
-from clearway.live.route_map import RouteMap
-from clearway.live.route_maps import RouteMaps
-from clearway.live.waiting import Waiting
-from clearway.live.wind import WindEstimate
+from clearway.live.routing.route_map import RouteMap
+from clearway.live.routing.route_maps import RouteMaps
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder

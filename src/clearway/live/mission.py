@@ -31,7 +31,7 @@ Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
 
 
 class Mode(StrEnum):
-    """What the vehicle is doing; `live.modes` says when."""
+    """What the vehicle is doing; `live.outputs.modes` says when."""
 
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"

@@ -15,25 +15,25 @@ import numpy.typing as npt
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.alarms import AlarmFacts, AlarmWatch
-from clearway.live.alerting import TrafficPicture, traffic_picture
-from clearway.live.boldness import Insistence
-from clearway.live.dead_end import kept_up, out_of_dead_end
-from clearway.live.flight_decision import FlightDecision
+from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Mode, Progress
-from clearway.live.modes import ModeFacts, ModeState, mode_after
+from clearway.live.outputs.alarms import AlarmFacts, AlarmWatch
+from clearway.live.outputs.alerting import TrafficPicture, traffic_picture
+from clearway.live.outputs.flight_decision import FlightDecision
+from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
-from clearway.live.preflight import escape_plan
-from clearway.live.readings import Reading
+from clearway.live.preflight.escape_plan import escape_plan
+from clearway.live.recovery.dead_end import kept_up, out_of_dead_end
+from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
@@ -46,11 +46,11 @@ class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
     Whoever asks tells the time, and readings are held against it: they wait for the next question.
-    A clock that is set, either way, is counted and told; see `live.clock`.
+    A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
     planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
     `sensors.RangeSensor`; with several of them, those that the others contradict are no longer
-    believed (see `sensors.trust`).
+    believed (see `sensors.several.trust`).
 
     >>> import numpy as np
     >>> import clearway as cw

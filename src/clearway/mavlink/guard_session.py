@@ -7,7 +7,7 @@ from collections import Counter
 
 from clearway.base.errors import InputError
 from clearway.live.guard.guard_session import GuardSession
-from clearway.live.guard.guarded import Guarded
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink import dialect as known
 from clearway.mavlink.boot_time import boot_ms

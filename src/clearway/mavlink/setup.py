@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
-from clearway.live.doubts import are_level
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.link_state import LinkLimits
 from clearway.live.link.loop import Loop
 from clearway.live.link.session import Session
-from clearway.live.preflight import EscapePlan
+from clearway.live.preflight.doubts import are_level
+from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.scene import (
     RatingSettings,
     ReachSettings,
@@ -17,7 +18,6 @@ from clearway.avoidance.scene import (
     VehicleKind,
     assess_scene,
 )
-from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State

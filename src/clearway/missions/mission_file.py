@@ -9,8 +9,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.scene import Scene, VehicleKind, automaton_of
-from clearway.avoidance.settings import AvoidanceSettings
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.avoidance.scene import VehicleKind
 from clearway.base.units import FASTEST_MPS
 from clearway.base.variants import in_words
@@ -30,7 +30,7 @@ from clearway.missions.sections import (
     without_version,
 )
 from clearway.reach.sets import METHODS, tuning_of
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.traffic import Intruder
 from clearway.traffic.models.combined import MODELS
 from clearway.traffic.models.timing import TIMED_RULES

@@ -45,7 +45,7 @@ from clearway.sensors import (
     named_pattern,
     simulate_scan,
 )
-from clearway.sensors.beams import MOST_BEAMS
+from clearway.sensors.beams.pattern import MOST_BEAMS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

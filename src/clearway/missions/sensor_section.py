@@ -20,7 +20,7 @@ from clearway.io.toml import Section, parse_model
 from clearway.missions.lidar_section import LidarSection
 from clearway.obstacles.world import World
 from clearway.sensors import Lidar, Scan
-from clearway.sensors.detection import Detection
+from clearway.sensors.cells.detection import Detection
 from clearway.sensors.standing import Standing
 
 ASKED = ("name", "standing", "sigma_m", "detect", "returns", "passes", "scan")

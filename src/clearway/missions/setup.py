@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem
-from clearway.live.doubts import over_level, over_reach, over_span
-from clearway.live.fineness import too_coarse, what_beams_hold
 from clearway.live.mission import Mission
-from clearway.live.preflight import EscapePlan, escape_plan
-from clearway.live.route import check_mission
+from clearway.live.preflight.doubts import over_level, over_reach, over_span
+from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
+from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.routing.route import check_mission
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
@@ -31,7 +31,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
-from clearway.sensors.simulate import Scanner
+from clearway.sensors.beams.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import REPORTED_TRAFFIC, Craft, Danger, Source, pilot_named
 from clearway.sim.faults import Faults

@@ -27,7 +27,7 @@ from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.lattice import SAMPLES, grid_from_level
+from clearway.reach.expand.lattice import SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.abilities import PITCH_TOLERANCE_RAD
 from clearway.vehicle.automaton import MovementAutomaton

@@ -9,12 +9,12 @@ from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.suggest import did_you_mean
 from clearway.base.variants import Variants
-from clearway.reach import covering, keep
-from clearway.reach.buffers import ByteArray
-from clearway.reach.equivalence import each_way_once
-from clearway.reach.lattice import Lattice, build_lattice, movements_deep
-from clearway.reach.primitives import primitives
-from clearway.reach.select import Select, expanded, merged, tree_of
+from clearway.reach.choose import covering, keep
+from clearway.reach.choose.equivalence import each_way_once
+from clearway.reach.choose.primitives import primitives
+from clearway.reach.choose.select import Select, expanded, merged, tree_of
+from clearway.reach.expand.buffers import ByteArray
+from clearway.reach.expand.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 

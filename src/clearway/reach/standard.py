@@ -9,8 +9,8 @@ import sys
 
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.escape_store import content_key, name_of, search, store
-from clearway.reach.legs import legs_from_level
+from clearway.reach.escapes.legs import legs_from_level
+from clearway.reach.escapes.store import content_key, name_of, search, store
 from clearway.reach.store import SHIPPED, ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 

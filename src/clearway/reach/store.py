@@ -20,9 +20,9 @@ from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
-from clearway.reach.lattice import Lattice
+from clearway.reach.expand.lattice import Lattice
+from clearway.reach.expand.trace import reach_set_of
 from clearway.reach.sets import lattice_for, reach_set_at
-from clearway.reach.trace import reach_set_of
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
 from clearway.io.json_values import rounded
-from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.ros2.messages import made
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)

@@ -21,16 +21,16 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
-from clearway.sensors.beam_raster import beam_raster, nearest_returns
-from clearway.sensors.detection import Detection, Rule, detect
-from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.memory import PointMemory, remember, update_memory
-from clearway.sensors.passing import passed_through, returns_in_world, sensor_at
-from clearway.sensors.placing import Ground
-from clearway.sensors.remembered import Pitch
+from clearway.sensors.beams.lidar import Lidar, Scan
+from clearway.sensors.beams.raster import beam_raster, nearest_returns
+from clearway.sensors.cells.detection import Detection, Rule, detect
+from clearway.sensors.cells.placing import Ground
+from clearway.sensors.memory.point_memory import PointMemory, remember, update_memory
+from clearway.sensors.memory.remembered import Pitch
+from clearway.sensors.memory.swept_boxes import boxes_of_returns
+from clearway.sensors.memory.uncertain import radii_unsure, turned_by
+from clearway.sensors.passing.passed_points import passed_through, returns_in_world, sensor_at
 from clearway.sensors.standing import Standing
-from clearway.sensors.swept_boxes import boxes_of_returns
-from clearway.sensors.unsure import radii_unsure, turned_by
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation [3, 3] and translation [3]."""

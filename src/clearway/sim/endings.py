@@ -7,8 +7,8 @@ from typing import Any
 
 from clearway.base.frames import FloatArray, length_of
 from clearway.live import FlightDecision
-from clearway.live.alarms import Alarm
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.live.outputs.alarms import Alarm
 from clearway.sim.pilot import Steering
 
 

@@ -14,7 +14,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from clearway.avoidance.goal import Goal
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
 from clearway.avoidance.long_range.rating import Other, Rated, rated
 from clearway.avoidance.long_range.resolve import (
@@ -25,8 +24,9 @@ from clearway.avoidance.long_range.resolve import (
     Sense,
     told_of,
 )
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.goal import Goal
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
-from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.goal import Goal
-from clearway.avoidance.hazards import MovingHazards, nothing_moving
+from clearway.avoidance.clear.hazards import MovingHazards, nothing_moving
+from clearway.avoidance.rate.goal import Goal
 from clearway.base.arrays import Floats, Int32s
 from clearway.base.compiled import compiled, plain
 from clearway.base.frames import FloatArray

@@ -17,8 +17,8 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 from clearway.sensors import Lidar, PointMemory, Scan
-from clearway.sensors.memory import forget_moved
-from clearway.sensors.sightings import (
+from clearway.sensors.memory.point_memory import forget_moved
+from clearway.sensors.passing.sightings import (
     BeamFrame,
     Sighting,
     frame_of,

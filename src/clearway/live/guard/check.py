@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Cause
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import CALM, Situation, margin_slope
-from clearway.avoidance.verify import KEPT, path_clearance, sloping
-from clearway.avoidance.way_out import WayOut
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.clear.hazards import Cause
+from clearway.avoidance.clear.verify import KEPT, path_clearance, sloping
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import in_reach
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import CALM, Situation, margin_slope
 from clearway.base.frames import FloatArray
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import SAMPLES, Leg, LegPart
-from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.escapes.library import EscapeLibrary
 
 FLOOR_M = 1e-6
 """By rounding."""

@@ -16,31 +16,31 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.candidates import Commitment
+from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.choose.passing import Passing
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.passing import Passing
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import one_line
 from clearway.base.checks import above_zero_problem, found
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.explain import explanation
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
-from clearway.live.guard.guarded import Guarded
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
+from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
 from clearway.live.mission import Mission, Mode
-from clearway.live.preflight import escape_plan
-from clearway.live.readings import Reading
+from clearway.live.outputs.explain import explanation
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
 

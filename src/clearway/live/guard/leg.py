@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.verify import Paths
+from clearway.avoidance.clear.verify import Paths
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State

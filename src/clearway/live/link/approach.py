@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.hazards import Cause
-from clearway.live.flight_decision import FlightDecision
+from clearway.avoidance.clear.hazards import Cause
 from clearway.live.link.own_motion import OwnMotion
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.traffic import Intruder
 
 WORRY = 3.0

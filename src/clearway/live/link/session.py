@@ -16,13 +16,13 @@ import numpy as np
 from clearway.base.checks import points_of
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
-from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.approach import PredictedApproach, approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
 from clearway.live.link.set_point import SetPoint
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.system import AvoidanceSystem
 from clearway.sensors import Lidar
 

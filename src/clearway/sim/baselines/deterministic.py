@@ -12,17 +12,17 @@ from itertools import product
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import untouched
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.reach_rating import untouched
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.live.mission import Mode
-from clearway.reach.buffers import ByteArray
-from clearway.reach.lattice import movements_deep
-from clearway.reach.replay import completed
-from clearway.reach.select import tree_of
+from clearway.reach.choose.select import tree_of
+from clearway.reach.expand.buffers import ByteArray
+from clearway.reach.expand.lattice import movements_deep
+from clearway.reach.expand.replay import completed
 from clearway.reach.sets import lattice_for
 from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_detections

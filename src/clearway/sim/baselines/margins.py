@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import clearances
+from clearway.avoidance.clear.verify import clearances
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.live.mission import Mode
 from clearway.sim.baselines.known import hazards_around
 from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.brief import brief
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.mission import Mission, Mode
-from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer

@@ -9,7 +9,7 @@ from inspect import getdoc
 from pathlib import Path
 from typing import Any
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import OwnCodeError
 from clearway.base.own_code import callable_own, guarded
 from clearway.base.variants import Variants

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
 from clearway.sim.baselines.routes import routes
 

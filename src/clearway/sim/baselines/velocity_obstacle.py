@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards

@@ -12,8 +12,8 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson

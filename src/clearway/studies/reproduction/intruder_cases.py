@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from clearway.avoidance.fusion import CellAssessment, Evidence, assess_cells
-from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
+from clearway.avoidance.rate.fusion import CellAssessment, Evidence, assess_cells
+from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray

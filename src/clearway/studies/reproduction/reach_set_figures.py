@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import Coverage, measure
+from clearway.reach.choose.coverage import Coverage, measure
 from clearway.reach.sets import build_reach_set
 from clearway.reach.tree import ReachSet
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure

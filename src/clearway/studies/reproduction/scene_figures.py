@@ -18,7 +18,7 @@ from clearway.missions.scene_reading import scene_of
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, detect
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.beams.simulate import simulate_scan
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from clearway.avoidance.fusion import CellAssessment
+    from clearway.avoidance.rate.fusion import CellAssessment
     from clearway.base.state import BoolArray
     from clearway.sim import LoggedDecision
 

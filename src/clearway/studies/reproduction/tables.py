@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import Comparison, MethodRow, compare
+from clearway.reach.compare.comparison import Comparison, MethodRow, compare
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 from clearway.vehicle.automaton import MovementAutomaton
@@ -137,7 +137,7 @@ def _best(result: Comparison) -> str:
 
 
 def _draw_table_6_1(result: Comparison) -> Figure:
-    from clearway.reach.comparison import over_spreads
+    from clearway.reach.compare.comparison import over_spreads
     from clearway.view.plot.reach_compare import draw_spreads
 
     return draw_spreads(result, over_spreads(result.automaton, result.grid))

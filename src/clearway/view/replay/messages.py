@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.fusion import RATINGS, assess_cells
-from clearway.avoidance.settings import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.fusion import RATINGS, assess_cells
 from clearway.base.frames import FloatArray
 from clearway.base.made import Made
 from clearway.base.own_code import shown

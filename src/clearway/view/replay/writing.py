@@ -18,7 +18,7 @@ from clearway.base.version import __version__
 from clearway.live import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.sensors import Scan
-from clearway.sensors.lidar import Mounting
+from clearway.sensors.beams.lidar import Mounting
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.replay import schemas
