@@ -27,7 +27,7 @@ FLAGS = (
     *("--param=ggc-min-expand=50", "--param=ggc-min-heapsize=100000"),
     *(f"-fno-builtin-{name}" for name in (*FOLDED.split(), "erf", "erfc", "fmod", "cbrt")),
 )
-"""The last two have g++ hold 490 MB at most, not 600, in the same time; others ignore them."""
+"""By the two of memory g++ holds 490 MB at most, not 600, in the same time; others ignore them."""
 FLAVOURS = {
     "fast": ("-O2", "-DNDEBUG"),
     "checked": ("-O1", "-g", "-DCLEARWAY_CHECKED"),
