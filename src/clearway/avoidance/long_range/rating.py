@@ -47,7 +47,7 @@ class Other(NamedTuple):
     """Turn rate that its reports show; it is taken to fade."""
 
 
-class Rated(NamedTuple):
+class RatedProfiles(NamedTuple):
     """What flying each pair of profiles leads to."""
 
     tier: IntArray
@@ -59,7 +59,7 @@ class Rated(NamedTuple):
     """[volumes, level, climbs] of being inside at the worst moment."""
 
 
-def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> Rated:
+def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> RatedProfiles:
     """The worst of all others for tiers; probabilities as of independent ones."""
     level, climbs = len(ways.level_m), len(ways.height_m)
     shapes = _shapes(volumes)
@@ -74,7 +74,7 @@ def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> Rated:
         spread = _deviations(of_place, speed, other.position_std_m, other.velocity_std_mps)
         heights = _deviations(of_height, 1.0, other.height_std_m, other.climb_std_mps)
         _probabilities(ways.level_m, ways.height_m, path, shapes[1:], spread, heights, clear)
-    return Rated(tier, within, 1.0 - clear)
+    return RatedProfiles(tier, within, 1.0 - clear)
 
 
 @lru_cache(maxsize=16)

@@ -15,7 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, Rated, rated
+from clearway.avoidance.long_range.rating import Other, RatedProfiles, rated
 from clearway.avoidance.long_range.resolve import (
     SMALL_TURN_RAD,
     LongRangeChoice,
@@ -52,7 +52,7 @@ class LongRange:
     """What the long range says of a decision's trajectories."""
 
     ways: Profiles
-    found: Rated
+    found: RatedProfiles
     wanted: Wanted
     volumes: VolumeSet
     level: IntArray
