@@ -106,7 +106,8 @@ def _by_cell(cell_of: Ints, cells: int) -> tuple[Ints, Ints, Ints]:
     start = np.zeros(len(found) + 1, dtype=np.int64)
     start[1:] = np.cumsum(counts[found])
     slot = np.zeros(cells, dtype=np.int64)
-    slot[found] = start[:-1]
+    for k, cell in enumerate(found):
+        slot[cell] = start[k]
     order = np.empty(len(cell_of), dtype=np.int64)
     for n, cell in enumerate(cell_of):
         order[slot[cell]] = n
