@@ -140,6 +140,16 @@ def masks(values: Floats) -> tuple[Floats, Bools, Floats]:
 
 
 @compiled
+def scattered(values: Floats) -> tuple[Floats, Ints]:
+    spread, counted = np.zeros(len(values)), np.zeros(len(values), dtype=np.int64)
+    where = np.flatnonzero(values > 0.0)
+    spread[where] = values[where] * 2.0
+    spread[values < 0.0] = -1.0
+    counted[where] += 1
+    return spread, counted
+
+
+@compiled
 def table(values: Floats2) -> tuple[Floats2, Floats, int]:
     rows, columns = values.shape
     result = np.empty((rows, columns))

@@ -436,6 +436,31 @@ template <class T, int N, bool S, class V>
 RT_INLINE void store(const Arr<T, N, S>& place, const V& value) {
   fill(place, value);
 }
+// Into one place, or a view.
+template <class X, class V, class... I>
+RT_INLINE void put(const X& array, const V& value, I... index) {
+  store(at(array, index...), value);
+}
+// Into some of the rows, by number or by a mask: one value for all, or one for each.
+template <class T, int N, bool S, class V, class I, bool R>
+RT_INLINE void put(const Arr<T, N, S>& array, const V& value, const Arr<I, 1, R>& rows) {
+  i64 from = 0;
+  for (i64 k = 0; k < rows.n[0]; ++k) {
+    i64 row = k;
+    if constexpr (std::is_same_v<I, bool>) {
+      if (!at(rows, k)) continue;
+    } else {
+      row = static_cast<i64>(at(rows, k));
+    }
+    if constexpr (!Array<V>)
+      store(at(array, row), value);
+    else if constexpr (V::dims == N)
+      store(at(array, row), at(value, value.n[0] == 1 ? i64{0} : from));
+    else
+      store(at(array, row), value);
+    ++from;
+  }
+}
 // In place, as Python's `+=` is for arrays.
 template <class X, class V>
 RT_INLINE void update(X& place, const V& value) {

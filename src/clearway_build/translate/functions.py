@@ -159,9 +159,7 @@ class Function(Expressions):
             else:
                 self.write(f"{name} = rt::to<std::decay_t<decltype({name})>>({value});")
         elif isinstance(target, ast.Subscript):
-            self.write(
-                f"rt::store(rt::at({self.visit(target.value)}, {self.indices(target)}), {value});"
-            )
+            self.write(f"rt::put({self.visit(target.value)}, {value}, {self.indices(target)});")
         elif isinstance(target, ast.Tuple):
             whole = self.fresh()
             self.write(f"auto {whole} = {value};")
