@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.table import Benchmark, Row, Target
 from clearway.base.errors import ClearwayError
-from clearway.studies.campaigns.engines import Engine, in_processes
+from clearway.studies.campaigns.engines import Engine, make_process_engine
 from clearway.studies.campaigns.task import Task, fly_task
 
 REAL_TIME, SCALING = {"strict": 300.0, "off": 1200.0}, 1.9
@@ -63,7 +63,7 @@ def per_core(escape: str) -> Callable[[bool], Row]:
 def second_core(quick: bool) -> Row:
     """One worker and two in turn, so that both meet the same neighbours."""
     number, rounds = (16, 1) if quick else (60, 5)
-    one, two = in_processes(1), in_processes(2)
+    one, two = make_process_engine(1), make_process_engine(2)
     rates = [(_a_second(one, number), _a_second(two, number)) for _ in range(rounds)]
     ratios = [both / alone for alone, both in rates]
     middle = float(np.median(ratios))

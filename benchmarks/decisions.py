@@ -18,7 +18,7 @@ from benchmarks.scenes import AS_FLOWN, SHAPES, chamber, mixed_shapes, scattered
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import Times, timed
 from clearway.base.state import State
-from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live import AvoidanceSystem
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -120,10 +120,8 @@ def standing(
 ) -> Callable[[], None]:
     """A decision of who stands somewhere, a second after the one before, by the same readings."""
     # It stands still for the benchmark's sake: no detour for want of progress.
-    patient = DataLimits(patience_turns=1e9)
-    system = AvoidanceSystem(
-        setup.planner, setup.mission, lidars=(lidar,), obstacle_map=obstacle_map, limits=patient
-    )
+    planner = setup.planner.changed(patience_turns=1e9)
+    system = AvoidanceSystem(planner, setup.mission, lidars=(lidar,), obstacle_map=obstacle_map)
     system.followed = False  # Nor is what holds it any wind.
     clock = count()
 

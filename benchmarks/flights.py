@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.decisions import static_mission, with_seed
 from benchmarks.table import Benchmark, Row, Target
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.cli.progress import progress_bar
 from clearway.live import AvoidanceSystem
 from clearway.sim import Run, SimulationSettings, simulate

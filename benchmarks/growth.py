@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach import ReachSet, build_reach_set
-from clearway.reach.comparison import bound_6_5
+from clearway.reach.compare.comparison import bound_6_5
 from clearway.vehicle.automaton import MovementAutomaton
 
 SPREAD = 5

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway.live.guard.guarded import Guarded
 from clearway.live.guard.guardian import Guardian
+from clearway.live.link.guarded import Guarded
 
 SUPPORT = Path(__file__).resolve().parent.parent / "tests" / "support"
 FIRST_SEED = 300

@@ -11,8 +11,8 @@ from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.live.route import find_route
-from clearway.obstacles.cells import base_probability, coated_cells
+from clearway.live.routing.route import find_route
+from clearway.obstacles.cells import base_probability, inflate_shapes
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 
@@ -67,7 +67,7 @@ def reference_volumes(quick: bool) -> Row:
 
 def coating(quick: bool) -> Row:
     shapes = map_with_twenty_near(1_000).in_grid(HERE, LEVEL, GRID, 0.6)
-    return timed(lambda: coated_cells(shapes, GRID, 0.6), quick).row(
+    return timed(lambda: inflate_shapes(shapes, GRID, 0.6), quick).row(
         f"cells within 0.6 m of {len(shapes.radius_m)} near obstacles"
     )
 

@@ -21,8 +21,8 @@ from benchmarks.references import bincount_detection, minimal_hits, node_ratings
 from benchmarks.scenes import AS_FLOWN, scattered
 from benchmarks.sensors import GRID, LIDAR
 from clearway.avoidance.decide import decide
-from clearway.avoidance.reach_rating import rate_reach_set
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.state import State
 from clearway.sensors import PointMemory, Scan, detect, update_memory
 from clearway.studies.encounters.flights import planner_at

@@ -12,12 +12,12 @@ from benchmarks.scenes import scattered
 from benchmarks.sensors import GRID
 from benchmarks.table import Benchmark, Row
 from benchmarks.timing import timed
-from clearway.avoidance.hazards import Hazards, PointHazards
-from clearway.avoidance.reach_rating import rate_reach_set
-from clearway.avoidance.verify import clearances, paths_of
+from clearway.avoidance.clear.hazards import Hazards, PointHazards
+from clearway.avoidance.clear.verify import clearances, paths_of
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.reach import ReachLibrary, build_reach_set
-from clearway.reach.escape_store import load_or_search, search
-from clearway.reach.legs import legs_from_level
+from clearway.reach.escapes.legs import legs_from_level
+from clearway.reach.escapes.store import load_or_search, search_escapes
 from clearway.vehicle.automaton import MovementAutomaton
 
 AUTOMATON = MovementAutomaton.plane()
@@ -69,7 +69,7 @@ def loaded(quick: bool) -> Row:
 
 def ways_searched(quick: bool) -> Row:
     _, legs = legs_from_level(AUTOMATON)
-    return timed(lambda: search(AUTOMATON, legs), quick, warm_up=1).row("ways out searched")
+    return timed(lambda: search_escapes(AUTOMATON, legs), quick, warm_up=1).row("ways out searched")
 
 
 def ways_loaded(quick: bool) -> Row:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.clear.hazards import PointHazards
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray

@@ -176,8 +176,8 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     """Clouds and own places, from when the node listens on; it is wherever it is led."""
     from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality
     from clearway.ros2.dds import DdsBus
-    from clearway.ros2.messages import made, packed, unpacked
-    from clearway.ros2.told import header, point, stamp_of, turned
+    from clearway.ros2.messages import made, pack_message, unpacked
+    from clearway.ros2.told import header, make_stamp, point, turned
 
     bus = DdsBus(options.domain)
     bus.advertise("/tf_static", TF, STATIC_TF)
@@ -187,7 +187,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     static = made("geometry_msgs/msg/TransformStamped", header=header(0.0, "base_link"),
                   child_frame_id="lidar")  # fmt: skip
     static.transform.rotation = turned(0.0)
-    bus.publish("/tf_static", packed(made("tf2_msgs/msg/TFMessage", transforms=[static])))
+    bus.publish("/tf_static", pack_message(made("tf2_msgs/msg/TFMessage", transforms=[static])))
     cloud, table = _cloud(options.points)
     along_m = table[:, 0].copy()
     own = made("nav_msgs/msg/Odometry", header=header(0.0, "map"), child_frame_id="base_link")
@@ -206,15 +206,15 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
             velocity = np.array([fast.x, fast.y, fast.z]) + way
             yaw = told.yaw
         place = place + velocity / OWN_HZ
-        stamp = stamp_of(time.time())
+        stamp = make_stamp(time.time())
         if number % every == 0:
             table[:, 0] = along_m - place[0] % STEP_M
             cloud.header.stamp = stamp
-            bus.publish("/points", packed(cloud))
+            bus.publish("/points", pack_message(cloud))
         own.header.stamp = stamp
         own.pose.pose.position, own.pose.pose.orientation = point(place), turned(yaw)
         own.twist.twist.linear.x = float(np.linalg.norm(velocity))
-        bus.publish("/odom", packed(own))
+        bus.publish("/odom", pack_message(own))
         due += 1.0 / OWN_HZ
         time.sleep(max(0.0, due - time.monotonic()))
     over.set()

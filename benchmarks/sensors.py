@@ -22,13 +22,13 @@ from clearway.sensors import (
     Lidar,
     PointMemory,
     Scan,
-    coated_cells,
     detect,
+    inflate_points,
     simulate_scan,
     thin_points,
     update_memory,
 )
-from clearway.sensors.detection import Rule
+from clearway.sensors.cells.detection import DetectionRule
 
 GRID = AvoidanceGrid.uniform()
 LIDAR = Lidar("front", BeamPattern.per_cell(GRID, max_range_m=10.0))
@@ -37,7 +37,7 @@ SCANNER = "10 x 7 x 5 cells"
 
 
 def hits_and_visibility(
-    number: int, rule: Rule = "ratio", target_s: float | None = None
+    number: int, rule: DetectionRule = "ratio", target_s: float | None = None
 ) -> Callable[[bool], Row]:
     """Raw returns into hits and visibility, against arctan2 and bincount of NumPy."""
 
@@ -82,7 +82,7 @@ def beams_counted_anew(quick: bool) -> Row:
 
 def coating(quick: bool) -> Row:
     points = scattered(2_000)
-    return timed(lambda: coated_cells(GRID, points, 0.65), quick).row(
+    return timed(lambda: inflate_points(GRID, points, 0.65), quick).row(
         "cells within 0.65 m of 2,000 points"
     )
 

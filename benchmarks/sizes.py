@@ -16,10 +16,11 @@ from benchmarks.intruders import at_random
 from benchmarks.scenes import mixed_shapes, street
 from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
+from clearway.avoidance.clear.hazards import PointHazards
 from clearway.avoidance.decide import decide
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.obstacles.obstacle_map import ObstacleMap

@@ -10,7 +10,12 @@ from benchmarks.table import Benchmark, Row, Target
 from benchmarks.timing import in_words, timed
 from clearway.io.traffic.beast import read_beast
 from clearway.io.traffic.mode_s_hex import read_hex
-from clearway.traffic.recorded import TrafficRecording, TrafficReport, aircraft_of, closest_pairs
+from clearway.traffic.recorded import (
+    TrafficRecording,
+    TrafficReport,
+    closest_pairs,
+    collect_aircraft,
+)
 
 POSITIONS = ("8D40621D58C382D690C8AC2863A7", "8D40621D58C386435CC412692AD6")
 VELOCITY, CALLSIGN = "8D485020994409940838175B284F", "8D4840D6202CC371C32CE0576098"
@@ -86,7 +91,7 @@ def busy_sky(aircraft: int, seconds: int) -> TrafficRecording:
 
 
 def pairs(quick: bool) -> Row:
-    aircraft = aircraft_of(busy_sky(100, 600))
+    aircraft = collect_aircraft(busy_sky(100, 600))
     return timed(lambda: closest_pairs(aircraft), quick).row(
         "closest approaches of 100 aircraft over 10 minutes, each second, within 10 km"
     )

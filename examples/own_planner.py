@@ -16,7 +16,7 @@ import numpy as np
 
 import clearway as cw
 from clearway.live.mission import Mode
-from clearway.sim.baselines import BaselinePilot, Craft, Manoeuvre, Rule
+from clearway.sim.baselines import BaselinePilot, Craft, Manoeuvre, ManoeuvreRule
 
 # %% [markdown]
 # ## The rule
@@ -69,7 +69,7 @@ def swerve(situation: cw.Situation, before: Manoeuvre | None) -> Manoeuvre:
 
 
 # %%
-def make(craft: Craft) -> Rule:
+def make(craft: Craft) -> ManoeuvreRule:
     """The rule is the same for every vehicle."""
     del craft
     return swerve

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import clearway as cw
-from clearway.avoidance.fusion import Evidence
+from clearway.avoidance.rate.fusion import Evidence
 
 # %% [markdown]
 # ## The rating

@@ -15,18 +15,18 @@ from typing import Any
 from clearway.avoidance.long_range.resolve import RiskPrices
 from clearway.studies.encounter_model import read_encounter_model
 from clearway.studies.figures.risk_curves import draw_detour_curves
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import separation, separation_of
 from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.long_planners import (
     LongPlanner,
     LongTuning,
+    avoid_velocity_obstacles,
     by_resolver,
     modified_voltage,
-    velocity_obstacle,
 )
 from clearway.studies.risk.outcome import RiskOutcome
-from clearway.studies.risk.ratios import LIMITS, mean_aside_m, risk
+from clearway.studies.risk.ratios import LARGEST_RATIOS, compute_risk, mean_aside_m
 from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 from clearway.studies.risk.study import RiskStudy
 
@@ -54,7 +54,7 @@ def variants() -> dict[str, dict[str, LongPlanner]]:
             for zone in ZONES
         },
         "velocity-obstacle": {
-            f"zone {zone:g}": partial(velocity_obstacle, tuning=LongTuning(zone, 60.0))
+            f"zone {zone:g}": partial(avoid_velocity_obstacles, tuning=LongTuning(zone, 60.0))
             for zone in ZONES
         },
     }
@@ -75,7 +75,7 @@ def main() -> None:
     flying = {f"{name}, {kind}": one for name, kinds in of.items() for kind, one in kinds.items()}
     outcomes = []
     for number in range(given.count):
-        encounter = draw_encounter(model, number, settings, given.seed)
+        encounter = sample_encounter(model, number, settings, given.seed)
         flown = {}
         for label, planner in flying.items():
             flight = fly_long(encounter, planner, settings)
@@ -91,12 +91,13 @@ def main() -> None:
         for kind in kinds:
             label = f"{name}, {kind}"
             row: dict[str, Any] = {"kind": kind, "aside_m": mean_aside_m(result, label)}
-            for measure in LIMITS:
-                ratio = risk(result, label, measure).ratio
+            for measure in LARGEST_RATIOS:
+                ratio = compute_risk(result, label, measure).ratio
                 row[measure] = list(ratio)
             curves[name].append(row)
             print(f"{label}: {row['aside_m']:.0f} m aside; " + "; ".join(
-                "{} {:.3f} ({:.3f} to {:.3f})".format(measure, *row[measure]) for measure in LIMITS
+                "{} {:.3f} ({:.3f} to {:.3f})".format(measure, *row[measure])
+                for measure in LARGEST_RATIOS
             ))  # fmt: skip
     given.out.mkdir(parents=True, exist_ok=True)
     told = {"kind": settings.in_words, "encounters": given.count, "curves": curves}

@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.intervals import weighted_share
 from clearway.studies.encounter_model import read_encounter_model
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import separation_of
 from clearway.studies.risk.foresight import foreseen
 from clearway.studies.risk.settings import STRAIGHT, RiskSettings
@@ -31,7 +31,7 @@ def main() -> None:
     settings = RiskSettings.real_scale(given.vehicle, given.surveillance, given.range_m)
     weights, flags = [], []
     for number in range(given.count):
-        encounter = draw_encounter(model, number, settings, given.seed)
+        encounter = sample_encounter(model, number, settings, given.seed)
         came = separation_of(encounter, STRAIGHT, settings)[0]
         if came.lost_well_clear:
             found = foreseen(encounter, settings)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from clearway.io.maps.map_formats import FORMATS as MAPS
 from clearway.io.maps.map_formats import JSON_FORMATS
+from clearway.io.maps.map_formats import MAP_FORMATS as MAPS
 from clearway.io.poses.bag_poses import SOURCES
-from clearway.io.poses.pose_file import FORMATS as POSES
-from clearway.io.scans.scan_formats import FORMATS as SCANS
-from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.io.poses.pose_file import POSE_FORMATS as POSES
+from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
+from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
 from clearway.missions.mission_file import built_in_missions, read_mission_file
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.setup import prepare

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from clearway.live.modes import GUARDS, Guard
+from clearway.live.outputs.modes import GUARDS, Guard
 from clearway.view.plot.playback import MODES
 
 STEP, TOP = 1.0, 0.5

@@ -15,7 +15,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
 from clearway.io.marked_page import put_between_marks
@@ -24,9 +24,9 @@ from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
 from clearway.reach.sets import METHODS
 from clearway.sensors import COMBINE_RULES, NAMED_PATTERNS
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.sim.baselines import PLANNERS
-from clearway.sim.baselines.knowledge import EVERYTHING, in_words
+from clearway.sim.baselines.knowledge import EVERYTHING, join_sources
 from clearway.sim.baselines.registry import KnownPlanner
 from clearway.sim.run import METRICS
 from clearway.traffic.volumes import VOLUME_SETS
@@ -239,7 +239,7 @@ def _planners() -> str:
 def _decides_by(planner: KnownPlanner) -> str:
     if planner.reference:
         return "nothing: the reference"
-    return "all that is known" if planner.knows == EVERYTHING else in_words(planner.knows)
+    return "all that is known" if planner.knows == EVERYTHING else join_sources(planner.knows)
 
 
 def _default(value: object) -> str:

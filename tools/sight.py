@@ -16,19 +16,19 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.escape_legs import EscapeTerms, leg_keeps
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.way_out_terms import carried_m, terms_of
-from clearway.avoidance.ways_out import STANDING, WaysOut
+from clearway.avoidance.escape.finder import STANDING, WaysOut
+from clearway.avoidance.escape.legs import EscapeTerms, leg_keeps
+from clearway.avoidance.escape.terms import carried_m, make_escape_terms
+from clearway.avoidance.plan.evidence import gather_in_reach
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
 from clearway.base.state import IntArray
 from clearway.live import AvoidanceSystem, Reading
-from clearway.live.flight_decision import FlightDecision
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.legs import Legs
+from clearway.reach.escapes.legs import Legs
 from clearway.sim import simulate
 from clearway.sim.baselines import CLEARWAY
 from clearway.studies.campaigns.families import make_case
@@ -137,13 +137,18 @@ class Watched(AvoidanceSystem):
         library = planner.escapes
         assert library is not None
         reach_m = planner.escape_reach_m + carried_m(planner, situation)
-        near = in_reach(planner, situation, max(reach_m, planner.grid.range_m), planner.horizon_s)
+        near = gather_in_reach(
+            planner, situation, max(reach_m, planner.grid.range_m), planner.horizon_s
+        )
         first = library.automaton.names.index(movement)
         if WaysOut(planner, library, situation, near).after(first) is not None:
             return "an escape"
         roll, pitch, _ = situation.state.attitude_rad.tolist()
         legs, at = library.legs_at(roll, pitch), library.nearest(roll, pitch)
-        terms, end_s = terms_of(planner, library, situation, near), float(legs.duration_s[first])
+        terms, end_s = (
+            make_escape_terms(planner, library, situation, near),
+            float(legs.duration_s[first]),
+        )
         path, then = legs.path[at, first], int(legs.following[at, first])
         if not leg_keeps(STANDING, path, float(legs.sagitta_m[at, first]), 0.0, end_s, terms):
             return "nothing"

@@ -23,7 +23,7 @@ import numpy as np
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import world_mission
 from clearway.sim import simulate
-from clearway.sim.baselines import BaselinePilot, Rule
+from clearway.sim.baselines import BaselinePilot, ManoeuvreRule
 from clearway.sim.baselines.potential_field import FieldTuning, potential_field
 from clearway.sim.baselines.vfh import HistogramTuning, vector_field_histogram
 
@@ -102,7 +102,7 @@ def score_of(job: tuple[Tuning, int]) -> Score:
     return safe / worlds, reached / worlds, -float(np.mean(times))
 
 
-def rule_of(tuning: Tuning, setup: FlightSetup) -> Rule:
+def rule_of(tuning: Tuning, setup: FlightSetup) -> ManoeuvreRule:
     """The rule with this tuning."""
     if isinstance(tuning, FieldTuning):
         return potential_field(setup.craft, tuning)

@@ -20,7 +20,7 @@ from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate
-from clearway.sim.baselines import BaselinePilot, Craft, Rule
+from clearway.sim.baselines import BaselinePilot, Craft, ManoeuvreRule
 from clearway.sim.baselines.mvp import VoltageTuning, modified_voltage_potential
 from clearway.sim.baselines.velocity_obstacle import VelocityTuning, velocity_obstacle
 from clearway.sim.scripted import ScriptedIntruder, Traffic
@@ -35,7 +35,7 @@ from clearway.studies.encounters.flights import (
 FIRST_SEED = 500_000
 """Comparisons count from 0, the peers from 90,000."""
 DETECTED_AT_M = (10.0, 8.0, 6.0)
-RULES: dict[str, tuple[tuple[float, ...], Callable[[Craft, float], Rule]]] = {
+RULES: dict[str, tuple[tuple[float, ...], Callable[[Craft, float], ManoeuvreRule]]] = {
     "velocity-obstacle": (
         (0.0, 0.05, 0.1, 0.2, 0.3, 0.5),
         lambda craft, value: velocity_obstacle(craft, VelocityTuning(spare=value)),
@@ -73,7 +73,7 @@ def main() -> None:
         print(f"{value:5.2f}: kept {kept.mean():.3f} ({each}), nearest {apart.min():.2f} m")
 
 
-def _nearest(craft: Craft, rule: Rule, encounter: Encounter) -> float:
+def _nearest(craft: Craft, rule: ManoeuvreRule, encounter: Encounter) -> float:
     lasts_s = 1.5 * encounter.collision_s + 10.0
     mission = Mission(
         "tuning",

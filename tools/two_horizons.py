@@ -14,7 +14,6 @@ import json
 import statistics
 import time
 from collections.abc import Iterable
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,16 +21,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.avoidance import decide as decided
-from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.long_range.resolve import PassingSide
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.intervals import wilson
 from clearway.io.marked_page import put_between_marks
 from clearway.live import system
-from clearway.live.alerting import TrafficPicture, traffic_picture
-from clearway.live.flight_decision import FlightDecision
+from clearway.live.outputs.alerting import TrafficPicture, traffic_picture
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.sim import Run
@@ -69,7 +68,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     def twice(planner: Planner, situation: Situation, commitment: Commitment | None) -> Decision:
         if not situation.intruders:
             return decided(planner, situation, commitment=commitment)
-        alone = replace(planner, settings=replace(planner.settings, volumes=None))
+        alone = planner.changed(volumes=None)
 
         def added() -> tuple[float, Decision]:
             took: dict[bool, float] = {}

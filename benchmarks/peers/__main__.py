@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.courses import courses, lasts_s
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson
@@ -100,7 +101,7 @@ def _ours(name: str, encounter: Encounter) -> FloatArray:
         waypoints_m=far,
         reach_radius_m=REACH_RADIUS_M,
     )
-    system = AvoidanceSystem(planner, mission, address="ownship")
+    system = AvoidanceSystem(planner, mission)
     craft = Craft(planner, 0.3, planner.automaton.turning_radius_m)
     pilot = pilot_named(name.partition(",")[0], system, craft)
     intruder = ScriptedIntruder(
@@ -128,7 +129,7 @@ def _level_planner() -> Planner:
     if not _planners:
         automaton = MovementAutomaton.plane(speed_mps=SPEED_MPS, pitch_limit_deg=0.0)
         library = ReachLibrary.load_or_build(automaton, AvoidanceGrid.uniform(RANGE_M))
-        settings = AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M)
+        settings = AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M, transponder_address="ownship")
         _planners["level"] = Planner.of(library, settings)
     return _planners["level"]
 

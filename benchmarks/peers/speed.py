@@ -27,9 +27,9 @@ from benchmarks.scenes import street
 from benchmarks.table import machine
 from benchmarks.timing import in_words
 from clearway.avoidance.decide import decide
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
-from clearway.live.range_sensing import free_space_for
+from clearway.live.inputs.range_sensing import free_space_for
 from clearway.sensors import LidarSensor, simulate_scan
 
 HERE = Path(__file__).resolve().parent

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 from clearway.base.version import __version__
 
 if TYPE_CHECKING:
-    from clearway.avoidance.costs import Prices
     from clearway.avoidance.decide import decide
     from clearway.avoidance.decision import Decision
-    from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.plan.costs import Prices
+    from clearway.avoidance.plan.planner import Planner
+    from clearway.avoidance.plan.settings import AvoidanceSettings
+    from clearway.avoidance.plan.situation import Situation
     from clearway.avoidance.scene import SceneAssessment
-    from clearway.avoidance.situation import Situation
     from clearway.base.errors import ClearwayError
     from clearway.base.grid import AvoidanceGrid
     from clearway.base.state import State
@@ -89,7 +90,7 @@ __all__ = [
 
 _ROOM_OF = {
     "AvoidanceGrid": "base.grid",
-    "AvoidanceSettings": "avoidance.planner",
+    "AvoidanceSettings": "avoidance.plan.settings",
     "AvoidanceSystem": "live",
     "BeamPattern": "sensors",
     "ClearwayError": "base.errors",
@@ -102,9 +103,9 @@ _ROOM_OF = {
     "MovementAutomaton": "vehicle.automaton",
     "Obstacle": "obstacles.obstacle",
     "ObstacleMap": "obstacles.obstacle_map",
-    "Planner": "avoidance.planner",
+    "Planner": "avoidance.plan.planner",
     "PointWorld": "obstacles.point_world",
-    "Prices": "avoidance.costs",
+    "Prices": "avoidance.plan.costs",
     "ReachLibrary": "reach",
     "ReachSet": "reach",
     "RecordedScan": "missions.recorded_scan",
@@ -112,7 +113,7 @@ _ROOM_OF = {
     "Scan": "sensors",
     "SceneAssessment": "avoidance.scene",
     "SimulationSettings": "sim",
-    "Situation": "avoidance.situation",
+    "Situation": "avoidance.plan.situation",
     "State": "base.state",
     "air_picture": "traffic.recorded.picture",
     "assess": "missions.assess",

@@ -40,7 +40,10 @@ def find_compiler(target: Target) -> Compiler:
     """Return the compiler for a machine; raises BuildError with what was tried and what to type."""
     own = None if target.machine else os.environ.get("CXX")
     if own:
-        found = _probe(shlex.split(own))
+        try:
+            found = _probe(shlex.split(own))
+        except ValueError as cause:
+            found = f"cannot be run: {cause}"
         if isinstance(found, str):
             raise BuildError(
                 f"CXX={own}: {found}\nSet CXX to a C++20 compiler, or unset it to have one chosen."

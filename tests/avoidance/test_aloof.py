@@ -7,14 +7,15 @@ import pytest
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import SeenSpace, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import SeenSpace, pack_voxels
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY
 
@@ -31,7 +32,7 @@ def seen_below(top_m: float, start_free_m: float = 0.0) -> SeenSpace:
     free = np.zeros(SHAPE, dtype=np.bool_)
     layers = np.arange(-free.shape[2] // 2, round(top_m / VOXEL_M))
     free[:, :, layers % free.shape[2]] = True
-    return seen._replace(free=packed(free))
+    return seen._replace(free=pack_voxels(free))
 
 
 def above_m(planner: Planner, seen: SeenSpace, *known: Obstacle) -> float:

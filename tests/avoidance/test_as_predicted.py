@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.candidates import Commitment
+from clearway.avoidance.choose.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
-from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.observed.free_space import FreeSpace
 from worlds_for_tests import LIBRARY
 
 PLANE = Planner.of(LIBRARY, AvoidanceSettings(safety_margin_m=0.6, body_radius_m=0.1))

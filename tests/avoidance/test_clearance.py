@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.chord_distance import TERNARY_STEPS, shape_chord_distance
-from clearway.avoidance.clearance import (
+from clearway.avoidance.clear.chord_distance import TERNARY_STEPS, shape_chord_distance
+from clearway.avoidance.clear.clearance import (
     CIRCLE_SAMPLES,
     circle_clearance,
+    make_span,
     points_clearance,
     shapes_clearance,
-    span_of,
 )
-from clearway.avoidance.hazards import bin_points
+from clearway.avoidance.clear.hazards import bin_points
 from clearway.obstacles.obstacle import Obstacle, shape_distance, shapes_of
 
 UP = np.array([-np.sin(0.1), 0.0, np.cos(0.1)])
@@ -87,7 +87,7 @@ def test_a_movement_is_as_far_from_shapes_as_all_cuts_of_all_chords_say(seed):
     shapes = scattered(rng, 12)
     corners = np.cumsum(rng.uniform(-0.6, 0.6, (5, 3)), axis=0)
     each = np.array([nearest_of_all_chords(corners, shapes, s) for s in range(12)])
-    span = span_of(corners, 0.0, 1.0)
+    span = make_span(corners, 0.0, 1.0)
     for enough in (0.3, 2.0, 10.0):
         found, cause, index = shapes_clearance(span, shapes, enough, -np.inf)
         if each.min() < enough:
@@ -163,7 +163,7 @@ def test_a_way_is_as_far_from_returns_as_the_nearest_of_them_says(seed, count, e
     shares = np.sum((places - starts) * along, axis=2) / np.sum(along**2, axis=2)
     off = places - starts - np.clip(shares, 0.0, 1.0)[..., None] * along
     each = np.sqrt(np.square(off).sum(axis=2)).min(axis=0) - radii
-    span, bins = span_of(corners, 0.0, 1.0), bin_points(places, radii)
+    span, bins = make_span(corners, 0.0, 1.0), bin_points(places, radii)
     found, cause, index = points_clearance(span, bins, enough, -np.inf)
     if each.min() < enough:
         assert (found, cause, index) == (pytest.approx(each.min(), abs=1e-9), 1, each.argmin())
@@ -187,7 +187,7 @@ def test_what_lies_off_the_end_of_a_way_is_not_passed_over(beside_m, nearer_m):
     end_m = min(beside_m, enough + 0.1) - nearer_m
     places = np.array([[0.0, -beside_m, 0.0], [1.0 + end_m, 0.0, 0.0], [-20.0, -20.0, -20.0]])
     bins = bin_points(places, np.full(3, 0.1))
-    found = points_clearance(span_of(corners, 0.0, 1.0), bins, enough, -np.inf)
+    found = points_clearance(make_span(corners, 0.0, 1.0), bins, enough, -np.inf)
     assert found == (pytest.approx(end_m - 0.1, abs=1e-12), 1, 1)
 
 

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from clearway.avoidance.closing import closing_m
-from clearway.avoidance.costs import Prices, _turn_then_straight, curved_distance_to_go
+from clearway.avoidance.clear.closing import closing_m
+from clearway.avoidance.clear.hazards import nothing_moving
 from clearway.avoidance.decide import decide
-from clearway.avoidance.goal import Goal, arrival
-from clearway.avoidance.hazards import nothing_moving
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.costs import Prices, _turn_then_straight, curved_distance_to_go
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.reach import build_reach_set

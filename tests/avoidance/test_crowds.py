@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.clearance import shapes_clearance, span_of
-from clearway.avoidance.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
-from clearway.avoidance.faces_crossed import own_axes_bound
+from clearway.avoidance.clear.clearance import make_span, shapes_clearance
+from clearway.avoidance.clear.crowds import ALIKE_M, FEW, ROUNDING_M, clearance_among, crowd_of
+from clearway.avoidance.clear.faces_crossed import own_axes_bound
 from clearway.obstacles.obstacle import Obstacle, Shapes, shape_distance, shapes_of
 
 
@@ -63,7 +63,10 @@ def test_it_tells_what_looking_at_each_tells_or_where_very_many_are_hardly_less(
     seed, count, apart_m, enough
 ):
     rng = np.random.default_rng(seed)
-    shapes, span = crowd(rng, count, apart_m, rng.choice([1.0, 30.0])), span_of(movement(rng), 0, 1)
+    shapes, span = (
+        crowd(rng, count, apart_m, rng.choice([1.0, 30.0])),
+        make_span(movement(rng), 0, 1),
+    )
     expected = shapes_clearance(span, shapes, enough, -np.inf)
     found = clearance_among(span, shapes, crowd_of(shapes, 5), enough, -np.inf)
     if left(span, shapes, enough) <= FEW:
@@ -83,7 +86,7 @@ def test_through_a_stack_of_walls_it_is_as_deep_as_half_of_one(thick_m):
     """Walls 2 mm apart, all flown through: each is left at its other side."""
     places = np.arange(-1.0, 1.0, 0.002)
     walls = [Obstacle.cuboid([x, 0.0, 0.0], (thick_m, 40.0, 40.0)) for x in places]
-    shapes, span = shapes_of(walls), span_of(np.linspace([-1, 0, 0], [1, 0.2, 0.1], 5), 0, 1)
+    shapes, span = shapes_of(walls), make_span(np.linspace([-1, 0, 0], [1, 0.2, 0.1], 5), 0, 1)
     found, cause, _ = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
     assert (found, cause) == (pytest.approx(-0.5 * thick_m, abs=ALIKE_M), 2)
     assert found <= -0.5 * thick_m + 1e-4
@@ -108,7 +111,7 @@ def test_what_is_flown_through_is_told_to_the_bit(seed, thick_m):
             )
         )
     told += [Obstacle.ball([0, 0, 9.0], 0.1)] * 20  # Many, but few of them matter.
-    shapes, span = shapes_of(told), span_of(corners, 0, 1)
+    shapes, span = shapes_of(told), make_span(corners, 0, 1)
     expected = shapes_clearance(span, shapes, 0.65, -np.inf)
     found = clearance_among(span, shapes, crowd_of(shapes, 5), 0.65, -np.inf)
     assert left(span, shapes, 0.65) <= FEW < len(shapes.radius_m)

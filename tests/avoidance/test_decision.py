@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.candidates import Commitment, Side
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.candidates import Commitment, Side
+from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.clear.hazards import Cause
 from clearway.avoidance.decide import decide
-from clearway.avoidance.hazards import Cause
-from clearway.avoidance.situation import Situation, margin_m
+from clearway.avoidance.plan.situation import Situation, margin_m
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
-from clearway.live.explain import explanation
 from clearway.live.mission import Mode
+from clearway.live.outputs.explain import explanation
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.traffic import Intruder
@@ -146,7 +146,7 @@ def test_a_user_can_bring_a_terminal_cost():
         del goal, arrived, automaton
         return -100.0 * reach_set.states[nodes, 2]
 
-    from clearway.avoidance.planner import Planner
+    from clearway.avoidance.plan.planner import Planner
     from worlds_for_tests import LIBRARY
 
     climbing = Planner.of(LIBRARY, terminal_cost=climb)

@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.candidates import Candidates
-from clearway.avoidance.emergency import EMERGENCY_MARGINS, best_clearances, emergency
-from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
-from clearway.avoidance.verify import KnownClearances, clearances, paths_of
+from clearway.avoidance.choose.candidates import Candidates
+from clearway.avoidance.choose.emergency import EMERGENCY_MARGINS, best_clearances, emergency
+from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointHazards
+from clearway.avoidance.clear.verify import KnownClearances, clearances, paths_of
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of
 from clearway.reach import build_reach_set

@@ -7,18 +7,16 @@ from copy import copy
 import numpy as np
 import pytest
 
-from clearway.avoidance.clearance import moving_clearance, span_of
-from clearway.avoidance.escape_begun import KEEPS, begun_at, tips_of
-from clearway.avoidance.escape_chains import chain_keeps, chain_room, rounds
-from clearway.avoidance.escape_legs import EscapeTerms, carried, pose_after, was_seen
-from clearway.avoidance.escape_places import NEARLY, loop_places, places_are_clear
-from clearway.avoidance.escape_search import first_escape, movements_of
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import MovingHazards, bin_points
-from clearway.avoidance.too_near import LONG, TooNear, are_near, fill_in, too_near
-from clearway.avoidance.way_out import WayOut
-from clearway.avoidance.ways_out import WaysOut
-from clearway.avoidance.wide_space import (
+from clearway.avoidance.clear.clearance import make_span, moving_clearance
+from clearway.avoidance.clear.hazards import MovingHazards, bin_points
+from clearway.avoidance.escape.beginnings import KEEPS, begun_at, tips_of
+from clearway.avoidance.escape.chains import chain_keeps, chain_room, rounds
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.escape.legs import EscapeTerms, carried, pose_after, was_seen
+from clearway.avoidance.escape.places import NEARLY, loop_places, places_are_clear
+from clearway.avoidance.escape.search import first_escape, movements_of
+from clearway.avoidance.escape.too_near import LONG, TooNear, are_near, fill_in, too_near
+from clearway.avoidance.escape.wide_space import (
     MOST,
     OFTEN,
     fill_in_wide,
@@ -26,17 +24,19 @@ from clearway.avoidance.wide_space import (
     steps_within,
     wide_space,
 )
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.held_escape import WayOut
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.legs import Legs
-from clearway.reach.upwind import ways_in_wind
-from clearway.reach.ways import Ways
+from clearway.reach.escapes.legs import Legs
+from clearway.reach.escapes.upwind import ways_in_wind
+from clearway.reach.escapes.ways import Ways
 from clearway.sensors import simulate_scan
-from clearway.sensors.free_space import SHAPE
-from clearway.sensors.seen_space import NO_VOXELS, is_box_free, is_free, packed
+from clearway.sensors.observed.free_space import SHAPE
+from clearway.sensors.observed.seen_space import NO_VOXELS, is_box_free, is_free, pack_voxels
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()
@@ -53,7 +53,7 @@ def ways() -> WaysOut:
         system.update(simulate_scan(LIDAR, BALLS, here))
         situation = system.situation(float(at))[0]
     assert PLANNER.escapes is not None
-    return WaysOut(PLANNER, PLANNER.escapes, situation, in_reach(PLANNER, situation))
+    return WaysOut(PLANNER, PLANNER.escapes, situation, gather_in_reach(PLANNER, situation))
 
 
 def searched(
@@ -139,7 +139,7 @@ def test_likewise_where_beginnings_are_not_in_order(ways, seed, often) -> None:
     for attitude in [0, 1, 2, 3, 4] * 8:
         wind = rng.uniform([-0.2, -0.2, 0.0], [0.2, 0.2, 0.0])
         # Seen but for holes here and there, which fail most loops, and few beginnings.
-        free = packed(rng.random(SHAPE) < 1.0 - 10.0 ** rng.uniform(-2.9, -2.3))
+        free = pack_voxels(rng.random(SHAPE) < 1.0 - 10.0 ** rng.uniform(-2.9, -2.3))
         terms = ways._terms._replace(wind_mps=wind, least_s=20.0, free=free)
         against = ways_in_wind(library, attitude, wind, 1.0)
         assert (np.diff(against.begins) < 0).any()
@@ -206,7 +206,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         away = np.linalg.norm((voxels + 0.5) / per_m - window[4:7], axis=-1)
         at = voxels & (np.array(SHAPE) - 1)
         free[at[..., 0], at[..., 1], at[..., 2]] = away > window[7] - np.sqrt(0.75) / per_m
-    terms = ways._terms._replace(free=packed(free), window=window, origin_m=origin)
+    terms = ways._terms._replace(free=pack_voxels(free), window=window, origin_m=origin)
     wide = wide_space()
     fill_in_wide(wide, terms)
     where = rng.uniform([-40, -40, -24], [40, 40, 24], (4000, 3))
@@ -275,7 +275,7 @@ def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed
     """Held against places all over the body all along the way."""
     rng = np.random.default_rng(seed)
     free = rng.random(SHAPE) < 0.999
-    terms = ways._terms._replace(free=packed(free), unseen_m=float(rng.uniform(0.05, 0.5)))
+    terms = ways._terms._replace(free=pack_voxels(free), unseen_m=float(rng.uniform(0.05, 0.5)))
     assert terms.yaw_rad == 0.0, "level frame and world differ by a place alone"
     ball = rng.normal(size=(300, 3))
     ball *= (rng.random(300) ** (1.0 / 3.0) / np.linalg.norm(ball, axis=1))[:, None]
@@ -312,7 +312,7 @@ def test_the_distance_from_many_intruders_is_the_least_of_any(seed) -> None:
     moving, rng = movers(seed), np.random.default_rng(seed)
     for _ in range(20):
         corners = np.cumsum(rng.normal(size=(5, 3)), axis=0)
-        span = span_of(corners, 1.0, float(rng.uniform(2.0, 9.0)))
+        span = make_span(corners, 1.0, float(rng.uniform(2.0, 9.0)))
         each = [moving_clearance(span, only(moving, k), np.inf)[0] for k in range(6)]
         least = int(np.argmin(each))
         assert moving_clearance(span, moving, np.inf) == (each[least], 3, least)
@@ -330,7 +330,7 @@ def test_the_room_of_a_chain_is_the_least_of_its_movements(ways, seed) -> None:
         for m in movements.tolist():
             end_s = time_s + legs.duration_s[m]
             corners = carried(pose, legs.path[at, m], (time_s, end_s), terms)
-            span = span_of(corners @ terms.grid_from_level.T, time_s, end_s)
+            span = make_span(corners @ terms.grid_from_level.T, time_s, end_s)
             rooms.append(moving_clearance(span, terms.moving, np.inf)[0] - legs.sagitta_m[at, m])
             pose, at, time_s = pose_after(pose, legs.path[at, m]), legs.following[at, m], end_s
 

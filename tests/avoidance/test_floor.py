@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clearway.avoidance.clear.hazards import no_shapes
 from clearway.avoidance.decide import decide
-from clearway.avoidance.floor import with_ground
-from clearway.avoidance.hazards import no_shapes
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.floor import with_ground
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State

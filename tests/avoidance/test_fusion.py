@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells, rating_named
-from clearway.avoidance.reach_rating import rate_reach_set
+from clearway.avoidance.rate.fusion import RATINGS, Evidence, assess_cells, rating_named
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach import build_reach_set

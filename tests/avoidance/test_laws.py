@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.clear.verify import path_clearance
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import path_clearance
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.decide import decide
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import SeenSpace, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import SeenSpace, pack_voxels
 from worlds_for_tests import planner
 
 VOXEL_M = 0.25
@@ -24,7 +24,7 @@ def seen_left_of(right_m: float) -> SeenSpace:
     free = np.zeros(SHAPE, dtype=np.bool_)
     rows = np.arange(int(np.floor(right_m / VOXEL_M)), free.shape[1] // 2)
     free[:, rows % free.shape[1]] = True
-    return seen._replace(free=packed(free))
+    return seen._replace(free=pack_voxels(free))
 
 
 @pytest.mark.parametrize("had_certain", [False, True])

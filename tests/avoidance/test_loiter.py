@@ -5,9 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.hazards import Cause, Hazards, PointHazards
-from clearway.avoidance.loiter import EARLY_MOVEMENTS, NO_LOITER, loiter_circles, room_to_circle
-from clearway.avoidance.verify import path_clearance, paths_of
+from clearway.avoidance.clear.hazards import Cause, Hazards, PointHazards
+from clearway.avoidance.clear.loiter import (
+    EARLY_MOVEMENTS,
+    NO_LOITER,
+    loiter_circles,
+    room_to_circle,
+)
+from clearway.avoidance.clear.verify import path_clearance, paths_of
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.stats import ncx2, norm
 
 import clearway as cw
-from clearway.avoidance.candidates import Commitment
+from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.long_range.profiles import SECONDS, Motion, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, in_disc, in_slab, rated
+from clearway.avoidance.long_range.rating import Other, across_disc, in_slab, rated
 from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, Sense, resolve
 from clearway.avoidance.long_range.two_horizons import WAVERS_S
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT
@@ -33,7 +33,8 @@ def other(position, velocity, std_m=15.0):  # type: ignore[no-untyped-def]
 @given(st.floats(0.0, 4000.0), st.floats(1.0, 3000.0), st.floats(50.0, 1500.0))
 def test_the_chance_of_a_disc_is_near_the_exact_one(apart, std, radius) -> None:  # type: ignore[no-untyped-def]
     exact = ncx2.cdf((radius / std) ** 2, 2, (apart / std) ** 2)
-    assert in_disc(apart, std, radius) == pytest.approx(float(exact), abs=0.08)
+    disc = across_disc(std, radius) * in_slab(apart, std, radius)
+    assert disc == pytest.approx(float(exact), abs=0.08)
     slab = norm.cdf((radius - apart) / std) - norm.cdf((-radius - apart) / std)
     assert in_slab(apart, std, radius) == pytest.approx(float(slab), abs=1e-9)
 
@@ -136,7 +137,7 @@ def planner():  # type: ignore[no-untyped-def]
 
 def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-untyped-def]
     """Near obstacles close one side; the aircraft kilometres off is passed on the other."""
-    keeps = replace(planner, settings=replace(planner.settings, volumes=SMALL))
+    keeps = planner.changed(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     intruder = cw.Intruder(np.array([2500.0, 100.0, 0.0]), np.array([-50.0, 0.0, 0.0]), name="x")
 
@@ -164,7 +165,7 @@ def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-unty
 
 
 def test_a_decision_stays_with_the_side_of_the_last_one(planner) -> None:  # type: ignore[no-untyped-def]
-    keeps = replace(planner, settings=replace(planner.settings, volumes=SMALL))
+    keeps = planner.changed(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     chosen = []
     before = None

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearway
+from clearway.avoidance.clear.hazards import PointHazards, grown_in_grid
 from clearway.avoidance.decide import decide
-from clearway.avoidance.evidence import evidence_of, in_reach, intruder_cells
-from clearway.avoidance.hazards import PointHazards, grown_in_grid
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.evidence import evidence_of, gather_in_reach, intruder_cells
+from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.scene import Scene, SceneIntruder, SceneScan, assess_scene, situation_of
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
@@ -166,7 +166,7 @@ def test_looking_more_coarsely_as_flight_does_changes_little(moment):
     state, mapped, there, intruders, lidars, seed = moment
     scene = scene_at(state, mapped, intruders, scanned(lidars, there, state, seed))
     situation = situation_of(scene)
-    near = [in_reach(terms, situation) for terms in (FINE, FAST)]
+    near = [gather_in_reach(terms, situation) for terms in (FINE, FAST)]
     fine, fast = (
         evidence_of(terms, situation, around, intruder_cells(terms, around))
         for terms, around in zip((FINE, FAST), near, strict=True)

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.candidates import Candidates, Commitment, Side, log_ratings
-from clearway.avoidance.costs import curved_distance_to_go
+from clearway.avoidance.choose.candidates import Candidates, Commitment, Side, log_ratings
+from clearway.avoidance.choose.tiers import NO_LOITER as LAST
+from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidate
+from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointHazards
+from clearway.avoidance.clear.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.decide import decide
-from clearway.avoidance.fusion import Evidence
-from clearway.avoidance.goal import Goal, arrival
-from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
-from clearway.avoidance.loiter import NO_LOITER, loiter_circles
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.tiers import NO_LOITER as LAST
-from clearway.avoidance.tiers import NodeRatings, in_order, picked
+from clearway.avoidance.plan.costs import curved_distance_to_go
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.rate.fusion import Evidence
+from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.obstacles.obstacle import Obstacle, shapes_of
@@ -93,7 +93,7 @@ def test_the_pick_is_the_first_of_the_first_tier_that_has_one(
     loiter = loiter_circles(REACH_SET, 3.8) if circles else NO_LOITER
     paths = PREPARED.paths
     unknown = np.full((REACH_SET.nodes, 3), np.nan)
-    found = picked(
+    found = pick_candidate(
         paths,
         some,
         by,

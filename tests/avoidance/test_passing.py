@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.hazards import MovingHazards
-from clearway.avoidance.passing import Meetings
+from clearway.avoidance.choose.passing import Meetings
+from clearway.avoidance.clear.hazards import MovingHazards
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, prepare

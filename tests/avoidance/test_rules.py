@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.chosen import Basis
-from clearway.avoidance.crossing import crossings_ahead
+from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.clear.crossing import crossings_ahead
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.rules import (
     GroundHeights,
     Rule,
@@ -22,12 +24,11 @@ from clearway.avoidance.rules import (
     terrain_clearance,
     vertical_only,
 )
-from clearway.avoidance.situation import Situation
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.explain import explanation
 from clearway.live.mission import Mode
+from clearway.live.outputs.explain import explanation
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clearway.avoidance.clear.hazards import PointHazards
 from clearway.avoidance.decide import decide
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.rules import Rule
 from clearway.avoidance.rules.airspace import altitude_ceiling, altitude_floor, keep_out, near_route
 from clearway.avoidance.rules.traffic import horizontal_only, right_of_way
-from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
@@ -23,7 +24,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar, PointMemory, Scan, detect, update_memory
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.beams.simulate import simulate_scan
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.costs import Prices, _climbed, curved_distance_to_go
-from clearway.avoidance.goal import Goal, arrival
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.costs import Prices, _climbed, curved_distance_to_go
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.hazards import Cause, Hazards, MovingHazards, PointHazards
-from clearway.avoidance.verify import clearances, path_clearance, paths_of
+from clearway.avoidance.clear.hazards import Cause, Hazards, MovingHazards, PointHazards
+from clearway.avoidance.clear.verify import clearances, path_clearance, paths_of
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle, shapes_of

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.chosen import Basis
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.traffic import Intruder
 from worlds_for_tests import AUTOMATON, LIBRARY

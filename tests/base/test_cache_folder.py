@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from clearway.base.cache_folder import NAMED, cache_folder, is_own, make_own, why_refused
+from clearway.base.cache_folder import NAMED, cache_folder, is_private_folder, make_own, why_refused
 from clearway.base.errors import InputError
 from clearway.vehicle.automaton import MovementAutomaton
 from own_process import run_clearway
@@ -17,7 +17,7 @@ IS_ROOT = os.geteuid() == 0
 
 @pytest.fixture(autouse=True)
 def forgetful() -> None:
-    is_own.cache_clear()
+    is_private_folder.cache_clear()
 
 
 def test_a_folder_of_ones_own_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,7 +66,7 @@ def test_the_users_cache_is_left_alone_with_a_warning_if_others_can_write_into_i
     assert cache_folder() == folder
     folder.mkdir()
     folder.chmod(0o777)
-    is_own.cache_clear()
+    is_private_folder.cache_clear()
     assert cache_folder() is cache_folder() is None
     assert [record.getMessage() for record in caplog.records] == [
         f"not used as a cache: {why_refused(folder)}"

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
-from clearway.base.verdict import DemandVerdict, at_least, at_most, worst_of
+from clearway.base.verdict import DemandVerdict, at_most, judge_at_least, worst_of
 
 WEIGHTS = st.lists(st.floats(0.01, 10.0), min_size=0, max_size=12)
 SHOWN, NOT_SHOWN, MISSED = DemandVerdict
@@ -98,7 +98,7 @@ def test_limits_are_judged_by_the_upper_end(low, high, said):
     ("low", "high", "said"), [(0.999, 1.0, SHOWN), (0.99, 1.0, NOT_SHOWN), (0.9, 0.99, MISSED)]
 )
 def test_needs_are_judged_by_the_lower_end(low, high, said):
-    assert at_least(low, high, 0.999) is said
+    assert judge_at_least(low, high, 0.999) is said
 
 
 def test_the_worst_verdict_counts_and_none_shows_nothing():

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells, rating_named
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.fusion import RATINGS, Evidence, assess_cells, rating_named
 from clearway.base import own_code
 from clearway.base.errors import ClearwayError, InputError, MissingExtraError, OwnCodeError
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.own_code import load_own, shown
+from clearway.base.own_code import load_own, shorten_own_name
 from clearway.sim.baselines import PLANNERS
 
 GOOD = """
@@ -66,7 +66,7 @@ def test_the_folder_of_the_file_comes_first_and_the_name_then_holds_anywhere(
         written(place, "mine_b", f"def flat(e, o, u):\n    return {value} + 0.0 * o")
     there = RATINGS.located("mine_b:flat", folder / "beside")
     assert there == f"{folder / 'beside' / 'mine_b.py'}:flat"
-    assert shown(there) == "mine_b.py:flat"
+    assert shorten_own_name(there) == "mine_b.py:flat"
     here = RATINGS.located("mine_b:flat")
     monkeypatch.chdir("/")
     # Both are called mine_b: neither takes the place of the other.

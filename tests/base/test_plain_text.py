@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
-from clearway.base.plain_text import LONGEST, cut, plain, some_lines
+from clearway.base.plain_text import LONGEST_MESSAGE, make_printable, shorten, some_lines
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ from clearway.base.plain_text import LONGEST, cut, plain, some_lines
     ],
 )
 def test_control_characters_are_told_not_sent(text, told):
-    assert plain(text) == told
+    assert make_printable(text) == told
 
 
 def test_all_problems_at_once_and_the_rest_counted():
@@ -29,18 +29,18 @@ def test_all_problems_at_once_and_the_rest_counted():
     lines = str(many).splitlines()
     assert len(lines) > 5
     assert lines[-1] == f"a.csv: and {100 - len(lines) + 1} more"
-    assert len(str(many)) <= LONGEST
+    assert len(str(many)) <= LONGEST_MESSAGE
     assert len(many.problems) == 100
 
 
 @given(st.text(max_size=2000), st.lists(st.text(max_size=1500), min_size=1, max_size=30))
 def test_any_error_is_short_and_plain(source, problems):
     told = str(InputError(source, problems))
-    assert len(told) <= LONGEST
-    assert plain(told) == told
+    assert len(told) <= LONGEST_MESSAGE
+    assert make_printable(told) == told
 
 
 @given(st.text(max_size=3000), st.integers(40, 600))
 def test_texts_are_cut_to_a_length(text, length):
-    assert len(cut(text, length)) <= length
+    assert len(shorten(text, length)) <= length
     assert len(some_lines(text, length)) <= length

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import clearway as cw
-from clearway.base.checks import points_of
+from clearway.base.checks import check_points
 from clearway.base.errors import ClearwayError
 from clearway.live import AvoidanceSystem
 from worlds_for_tests import GRID, LIDAR, mission, planner
@@ -49,13 +49,15 @@ def system(**changed: object) -> AvoidanceSystem:
         (lambda: cw.AvoidanceGrid.uniform(layers=2.5), "layers: a whole number from 1"),
         (lambda: cw.Lidar("l", None), "pattern: takes a BeamPattern, got NoneType"),
         (lambda: system(lidars=[LIDAR, LIDAR]), "is there twice"),
-        (lambda: system(ground_m=np.inf), "ground_m: must be a number"),
+        (lambda: planner(ground_height_m=np.inf), "ground_height_m: must be a number"),
         (
             lambda: AvoidanceSystem(mission((9.0, 0.0, 0.0)), planner()),
             "takes a Planner, got Miss",
         ),
         (lambda: AvoidanceSystem(planner(), LEVEL), "mission: takes a Mission, got list"),
-        (lambda: system(ground_m=np.nan), "ground_m: must be a number"),
+        (lambda: planner(ground_height_m=np.nan), "ground_height_m: must be a number"),
+        (lambda: planner(scan_s=-1.0), "scan_s: must be a number from 0"),
+        (lambda: planner(patience_turns=np.nan), "patience_turns: must be a number"),
     ],
 )
 def test_what_is_no_such_value_is_refused_by_name(takes: Callable[[], object], named: str) -> None:
@@ -78,12 +80,12 @@ def test_masked_points_of_a_scan_are_no_points() -> None:
 def test_places_are_never_laid_out_anew(shape: tuple[int, ...]) -> None:
     values = np.arange(float(np.prod(shape, dtype=int))).reshape(shape)
     if shape == (3,):
-        assert points_of("there", values).tolist() == [values.tolist()]
+        assert check_points("there", values).tolist() == [values.tolist()]
     elif shape == (0,) or (len(shape) == 2 and shape[1] == 3):
-        assert points_of("there", values).tolist() == values.tolist()
+        assert check_points("there", values).tolist() == values.tolist()
     else:
         with pytest.raises(ClearwayError, match="there: must have shape"):
-            points_of("there", values)
+            check_points("there", values)
 
 
 @pytest.mark.parametrize("kind", [int, np.float32, np.int64, np.array, bool])

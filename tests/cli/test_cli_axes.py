@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.io.samples.recordings import write_mcap as write_flight
+from clearway.io.samples.recordings import write_mcap_sample as write_flight
 from in_process import Done, clearway
 from repository import REPOSITORY
 from robot_messages import Message, Types, write_mcap

@@ -12,7 +12,7 @@ import pytest
 from clearway.base.provenance import sha256_of
 from clearway.base.version import __version__
 from clearway.studies.encounter_model import made_up_model
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
 from clearway.studies.risk.settings import RiskSettings
 from in_process import clearway as run_here
@@ -46,7 +46,7 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
         ("0", "straight"),
         ("0", "mvp"),
     ]
-    encounter = draw_encounter(made_up_model(), 4, RiskSettings())
+    encounter = sample_encounter(made_up_model(), 4, RiskSettings())
     straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
     assert float(rows[-2]["nearest_m"]) == pytest.approx(straight.nearest_m, abs=1e-3)
 
@@ -61,7 +61,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
     done = run_here("risk", "--only", 4, "--out", "one", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "one" / "encounter-4.png").stat().st_size > 20_000
-    encounter = draw_encounter(made_up_model(), 4, RiskSettings())
+    encounter = sample_encounter(made_up_model(), 4, RiskSettings())
     straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
     assert f"nearest {straight.nearest_m / 0.3048:.0f} ft" in done.stdout
     assert "clearway:" in done.stdout

@@ -12,12 +12,12 @@ import pytest
 
 from clearway.io.foreign import read_json
 from clearway.io.maps.json_sequence import read_sequence
-from clearway.io.maps.map_formats import FORMATS as MAPS
 from clearway.io.maps.map_formats import JSON_FORMATS, SEQUENCES
-from clearway.io.poses.pose_file import FORMATS as POSES
+from clearway.io.maps.map_formats import MAP_FORMATS as MAPS
+from clearway.io.poses.pose_file import POSE_FORMATS as POSES
 from clearway.io.results_folder import LIST
-from clearway.io.scans.scan_formats import FORMATS as SCANS
-from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
+from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
 from clearway.missions.planned import FORMATS as PLANS
 from clearway.studies.samples import SAMPLES
 from in_process import clearway

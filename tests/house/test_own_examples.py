@@ -16,7 +16,7 @@ EXAMPLES = REPOSITORY / "examples"
 OWN = ("own_planner", "own_rating", "own_sensor", "own_vehicle")
 MODULES = {
     "clearway.sim.baselines",
-    "clearway.avoidance.fusion",
+    "clearway.avoidance.rate.fusion",
     "clearway.live.mission",
     "clearway.vehicle.automaton",
     "clearway.sensors",

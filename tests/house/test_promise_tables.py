@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.live.preflight import EscapePlan
+from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.mavlink.distances import LEVEL_RAD
 from clearway.mavlink.setup import sensor_of
 from clearway.missions.mission_file import read_mission_file

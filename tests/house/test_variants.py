@@ -15,26 +15,26 @@ import pytest
 from tools.format_tables import PARTS
 from tools.reference import page
 
-from clearway.avoidance.fusion import RATINGS, total
+from clearway.avoidance.rate.fusion import RATINGS, total
 from clearway.avoidance.rules.airspace import altitude_floor
 from clearway.avoidance.rules.own import OWN_RULES
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.variants import Variants
-from clearway.io.maps.map_formats import FORMATS as MAPS
 from clearway.io.maps.map_formats import JSON_FORMATS
-from clearway.io.poses.pose_file import FORMATS as POSES
-from clearway.io.scans.scan_formats import FORMATS as SCANS
+from clearway.io.maps.map_formats import MAP_FORMATS as MAPS
+from clearway.io.poses.pose_file import POSE_FORMATS as POSES
+from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
 from clearway.io.toml import parse_model
-from clearway.io.traffic.traffic_formats import FORMATS as TRAFFIC
+from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.planned import PLANS
 from clearway.missions.rule_sections import RulesSection, mission_rules
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS, AnyKind
 from clearway.reach import METHODS
-from clearway.reach.covering import flying
+from clearway.reach.choose.covering import select_for_flying
 from clearway.sensors import COMBINE_RULES
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.run import METRICS, Metric
 from clearway.studies.campaigns.file import CampaignFile
@@ -45,14 +45,14 @@ from repository import REPOSITORY
 
 SOURCE = REPOSITORY / "src" / "clearway"
 REGISTRIES: Mapping[str, tuple[Variants[Any], str]] = {
-    "rating": (RATINGS, "avoidance/fusion.py"),
+    "rating": (RATINGS, "avoidance/rate/fusion.py"),
     "planner": (PLANNERS, "sim/baselines/registry.py"),
     "sensor": (SENSORS, "missions/sensor_section.py"),
     "reach set": (METHODS, "reach/sets.py"),
-    "detection": (RULES, "sensors/detection.py"),
+    "detection": (RULES, "sensors/cells/detection.py"),
     "sensor fusion": (COMBINE_RULES, "sensors/standing.py"),
 }
-AS_PRINTED = ("reach/comparison.py", "studies/reproduction/")
+AS_PRINTED = ("reach/compare/comparison.py", "studies/reproduction/")
 """What repeats tables and figures of the paper lists what the paper does."""
 MISSION = {"mission": {"name": "m", "waypoints_m": [[9, 0, 0]]}}
 
@@ -113,7 +113,7 @@ def test_a_new_rating_needs_no_other_place(tmp_path: Path, monkeypatch: pytest.M
 def test_a_new_keep_rule_needs_no_other_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(METHODS.built_in, "throw-away", flying)
+    monkeypatch.setitem(METHODS.built_in, "throw-away", select_for_flying)
     for command in (("assess",), ("reach-set",)):
         assert "throw-away" in told(tmp_path, *command)
     table = {"reach_set": {"method": "throw-away"}}

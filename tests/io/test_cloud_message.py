@@ -15,7 +15,7 @@ from clearway.io.scans.cloud_message import (
     points_of_cloud,
     points_of_cloud2,
     points_of_voxels,
-    read_header,
+    read_message_header,
 )
 from robot_messages import Types, cloud2
 
@@ -100,12 +100,12 @@ def test_the_old_cloud_of_both_serialisations(ros2: bool, frame: str) -> None:
     types = Types(ros2)
     raw = types.serialised(types.cloud(12.25, frame, POINTS))
     np.testing.assert_array_equal(points_of_cloud(raw, ros2), POINTS)
-    header = read_header(raw, ros2)
+    header = read_message_header(raw, ros2)
     assert (header.time_s, header.frame) == (12.25, frame)
     with pytest.raises(ValueError, match="4 points promised, room for 3"):
         points_of_cloud(raw[:-13] if ros2 else raw[:-5], ros2)
     with pytest.raises(struct.error):
-        read_header(raw[:9], ros2)
+        read_message_header(raw[:9], ros2)
 
 
 def test_the_old_cloud_of_a_big_endian_machine() -> None:
@@ -113,7 +113,7 @@ def test_the_old_cloud_of_a_big_endian_machine() -> None:
     raw = b"\0\0\0\0" + struct.pack(">III", 7, 500_000_000, len(frame)) + frame + bytes(2)
     raw += struct.pack(">I6f", 2, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     np.testing.assert_array_equal(points_of_cloud(raw, True), [[1, 2, 3], [4, 5, 6]])
-    assert read_header(raw, True).time_s == 7.5
+    assert read_message_header(raw, True).time_s == 7.5
 
 
 def voxels(data: Any, size: tuple[int, int, int]) -> SimpleNamespace:

@@ -24,7 +24,7 @@ def mission_of(path: Path) -> Converted:
 
 @pytest.fixture
 def planned(tmp_path: Path) -> dict[str, object]:
-    plans.write_plan(tmp_path / "a.plan", NOBODY)
+    plans.write_plan_sample(tmp_path / "a.plan", NOBODY)
     return mission_of(tmp_path / "a.plan").tables["mission"]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.base.plain_text import LONGEST
+from clearway.base.plain_text import LONGEST_MESSAGE
 from clearway.io.maps.maps import read_maps
 from clearway.io.samples import maps, plans, scans, telemetry, traffic
 from clearway.io.scans.scan_formats import read_points
@@ -111,7 +111,7 @@ def test_fences_alone_serve_a_mission_with_waypoints_of_its_own(
     tmp_path: Path, home: list[float]
 ) -> None:
     pytest.importorskip("shapely")
-    plans.write_plan(tmp_path / "fence.plan", RNG)
+    plans.write_plan_sample(tmp_path / "fence.plan", RNG)
     plan = json.loads((tmp_path / "fence.plan").read_text())
     plan["mission"] |= {"items": [], "plannedHomePosition": home}
     (tmp_path / "fence.plan").write_text(json.dumps(plan))
@@ -208,7 +208,7 @@ def test_a_file_of_another_kind_brings_the_command_that_takes_it(
     assert done.returncode == 2
     assert f"{name}: it looks like" in done.stderr
     assert f"`{taken}` takes" in done.stderr
-    assert max(map(len, done.stderr.splitlines())) <= LONGEST
+    assert max(map(len, done.stderr.splitlines())) <= LONGEST_MESSAGE
 
 
 OWN = [
@@ -229,7 +229,7 @@ def test_clearways_own_samples_bring_the_command_that_takes_them(tmp_path: Path)
         assert done.returncode == 2
         assert f"{line.split()[-1]}: it looks like" in done.stderr, line
         assert f"`{taken}` takes" in done.stderr, line
-        assert len(done.stderr.strip()) <= LONGEST
+        assert len(done.stderr.strip()) <= LONGEST_MESSAGE
 
 
 def test_what_a_command_takes_is_not_sent_to_itself(tmp_path: Path) -> None:

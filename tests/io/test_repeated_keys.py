@@ -57,7 +57,7 @@ def test_the_values_and_the_line_are_told(tmp_path: Path) -> None:
 
 
 def test_a_plan_with_a_key_twice_is_refused(tmp_path: Path) -> None:
-    plans.write_plan(tmp_path / "a.plan", np.random.default_rng(0))
+    plans.write_plan_sample(tmp_path / "a.plan", np.random.default_rng(0))
     content = (tmp_path / "a.plan").read_text()
     twice = content.replace('"fileType"', '"version": 9, "fileType"', 1)
     assert twice != content

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import attitude_from_rotation, world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.io.poses.bag_poses import _deviations
 from clearway.io.poses.pose_file import read_poses
-from clearway.io.poses.pose_track import pose_track, quaternions_of, rotation_of, slerp
+from clearway.io.poses.pose_track import convert_quaternion, pose_track, quaternions_of, slerp
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
@@ -201,7 +201,7 @@ def test_interpolation_turns_evenly_about_one_axis(
 
     both = quaternions_of(np.array([turned(0.0), turned(1.0)]))
     np.testing.assert_allclose(
-        rotation_of(slerp(both[0], both[1], share)), turned(share), atol=1e-6
+        convert_quaternion(slerp(both[0], both[1], share)), turned(share), atol=1e-6
     )
 
 
@@ -355,7 +355,7 @@ def test_poses_of_a_file_for_scans_of_a_folder(tmp_path: Path) -> None:
 
 def test_a_rotation_survives_the_quaternion() -> None:
     attitude = np.array([[0.3, -0.2, 1.0], [-2.0, 1.2, 3.0], [0.0, 0.0, np.pi]])
-    turned = [rotation_of(q) for q in quaternions_of(world_from_body(attitude))]
+    turned = [convert_quaternion(q) for q in quaternions_of(world_from_body(attitude))]
     np.testing.assert_allclose(attitude_from_rotation(turned), attitude, atol=1e-12)
 
 

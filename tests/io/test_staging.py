@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.io.staging import RESULTS, folder_of, growing_file, staged, staged_file
+from clearway.io.staging import RESULTS, growing_file, name_results_folder, staged, staged_file
 
 
 def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
@@ -118,4 +118,4 @@ def test_a_file_in_the_way(tmp_path: Path) -> None:
     ],
 )
 def test_names_lead_nowhere_else(name: str, folder: str) -> None:
-    assert folder_of(name) == RESULTS / folder
+    assert name_results_folder(name) == RESULTS / folder

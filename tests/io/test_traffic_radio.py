@@ -10,10 +10,10 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS
-from clearway.io.moments import GPS_EPOCH_S, moment, utc_of_gps
+from clearway.io.moments import GPS_EPOCH_S, parse_moment, utc_of_gps
 from clearway.io.samples import dataflash, radio, telemetry
 from clearway.io.samples.encounter import AIRCRAFT, BEGIN_S, LATITUDE, row_at
-from clearway.io.traffic.gdl90 import checksum
+from clearway.io.traffic.gdl90 import compute_gdl90_crc
 from clearway.io.traffic.traffic import read_traffic
 from clearway.traffic.recorded.report import TrafficRecording
 
@@ -48,7 +48,7 @@ def made(path: Path, write) -> Path:
 
 
 def test_the_checksum_of_the_interface_s_own_example():
-    assert checksum(bytes.fromhex("008141DBD00802")) == 0x8BB3
+    assert compute_gdl90_crc(bytes.fromhex("008141DBD00802")) == 0x8BB3
 
 
 def test_an_encounter_as_a_tablet_hears_it(tmp_path):
@@ -191,7 +191,7 @@ def test_an_encounter_in_a_log_of_ardupilot(tmp_path):
     ],
 )  # fmt: skip
 def test_gps_is_ahead_of_utc_by_the_leap_seconds_of_the_date(tmp_path, monkeypatch, date, ahead_s):
-    utc_s = moment("test", date).timestamp()
+    utc_s = parse_moment("test", date).timestamp()
     assert utc_of_gps(utc_s - GPS_EPOCH_S + ahead_s) == utc_s
     pytest.importorskip("pymavlink")
     if ahead_s == 16:

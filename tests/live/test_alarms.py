@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from clearway.live import FlightDecision
-from clearway.live.alarms import AlarmKind
+from clearway.live.outputs.alarms import AlarmKind
 from clearway.sim import Run
 from clearway.sim.endings import alarms_of
 from in_process import clearway

@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.boldness import LONGEST, PATIENCE, Boldness
 from clearway.live.mission import Mode, Progress
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
+from clearway.live.recovery.risk_level import LONGEST, PATIENCE, Boldness
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from clearway.base.compiled import read_only
-from clearway.live.cell_marking import mark_seen, renew_nearest
-from clearway.live.nearest_balls import mark_balls
+from clearway.live.routing.cell_marking import mark_seen, renew_nearest
+from clearway.live.routing.nearest_balls import mark_balls
 
 SHAPE = (24, 20, 8)
 

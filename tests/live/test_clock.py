@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.avoidance.situation import margin_m
+from clearway.avoidance.plan.situation import margin_m
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.clock import LEAPT, LONGEST_SILENCE_S, SET_BACK, Clock
+from clearway.live.inputs.clock import LEAPT, LONGEST_SILENCE_S, SET_BACK, Clock
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Scan

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.live import AvoidanceSystem
-from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mode
+from clearway.live.outputs.explain import NOT_REACHABLE
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import clearway as cw
-from clearway.live.doubts import over_reach, over_wide_margin
+from clearway.live.preflight.doubts import over_reach, over_wide_margin
 from clearway.missions.mission_file import built_in_missions, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
-from clearway.sim.worlds import FAMILIES
+from clearway.sim.worlds import WORLD_FAMILIES
 from in_process import clearway
 from repository import REPOSITORY
 
@@ -99,7 +99,7 @@ def test_where_the_unseen_is_kept_as_far_off_no_margin_is_lost(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    "name", [*built_in_missions(), *(f"{one}:0" for one in FAMILIES), *EXAMPLES], ids=str
+    "name", [*built_in_missions(), *(f"{one}:0" for one in WORLD_FAMILIES), *EXAMPLES], ids=str
 )
 def test_nothing_is_doubted_of_missions_that_ship(name: str | Path) -> None:
     """Without the places and recordings of some, which change neither movements nor margins."""

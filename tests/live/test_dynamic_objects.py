@@ -203,7 +203,7 @@ def test_other_beams_see_movers_too() -> None:
 
 
 def flown_following(world: World, to_fly: object, **simulation: object) -> AvoidanceSystem:
-    system = AvoidanceSystem(planner(), to_fly, lidars=(LIDAR,), follow_movers=True)  # type: ignore[arg-type]
+    system = AvoidanceSystem(planner(follow_movers=True), to_fly, lidars=(LIDAR,))  # type: ignore[arg-type]
     run = simulate(system, world, lidars=(LIDAR,), settings=SimulationSettings(**simulation))  # type: ignore[arg-type]
     assert run.safe
     assert not any(entry.flight.decision.intruders for entry in run.decisions)
@@ -274,7 +274,7 @@ def encounter(
     pattern = BeamPattern.per_cell(GRID, max_range_m=max_range_m)
     lidar = Lidar("lidar", pattern, sigma_m=0.03, dropout=0.05)
     to_fly = mission((30.0, 0.0, 0.0))
-    system = AvoidanceSystem(planner(escape="off"), to_fly, lidars=(lidar,), follow_movers=follows)
+    system = AvoidanceSystem(planner(escape="off", follow_movers=follows), to_fly, lidars=(lidar,))
     return simulate(
         system,
         EMPTY,

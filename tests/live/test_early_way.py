@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.live.early_way import early_way
-from clearway.live.route_map import UNSEEN, Cells
+from clearway.live.recovery.early_way import early_way
+from clearway.live.routing.route_map import UNOBSERVED_COST, Cells
 from clearway.sim.baselines import CLEARWAY
 from clearway.studies.campaigns.families import make_case
 from clearway.studies.campaigns.file import read_campaign
@@ -29,7 +29,7 @@ def cells() -> Cells:
 
 def with_gap(y_m: int, *, seen: bool = True) -> Cells:
     made = cells()
-    made.price[WALL_X, y_m + 18 : y_m + 22] = 1.0 if seen else UNSEEN
+    made.price[WALL_X, y_m + 18 : y_m + 22] = 1.0 if seen else UNOBSERVED_COST
     return made
 
 
@@ -74,7 +74,7 @@ def test_a_gap_that_nobody_has_seen_is_not_flown_to() -> None:
 
 def test_an_end_of_a_wall_that_nobody_has_seen_is_not_flown_to() -> None:
     made = cells()
-    made.price[:, :8] = made.price[:, 32:] = UNSEEN
+    made.price[:, :8] = made.price[:, 32:] = UNOBSERVED_COST
     assert early_way(made, START, GOAL) == ()
 
 
@@ -84,7 +84,7 @@ def test_where_no_way_leads_none_is_flown() -> None:
 
 def test_what_lies_beyond_a_gap_need_not_have_been_seen() -> None:
     made = with_gap(7)
-    made.price[WALL_X + 3 :] = UNSEEN
+    made.price[WALL_X + 3 :] = UNOBSERVED_COST
     assert abs(crossed_m(early_way(made, START, GOAL)) - 7.0) <= 2.5
 
 

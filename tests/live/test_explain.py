@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from clearway.avoidance.hazards import Cause
-from clearway.live.explain import _clearance, called
+from clearway.avoidance.clear.hazards import Cause
+from clearway.live.outputs.explain import _clearance, called
 
 
 @pytest.mark.parametrize(

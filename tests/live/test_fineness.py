@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import ClearwayError, FlightRefusedError
-from clearway.live.fineness import (
+from clearway.live.preflight.fineness import (
     thickness_held_m,
     too_coarse,
     turning_distance_m,

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
-from clearway.live.explain import NOT_REACHABLE
 from clearway.live.mission import Mode, Progress
-from clearway.live.modes import ModeState
+from clearway.live.outputs.explain import NOT_REACHABLE
+from clearway.live.outputs.modes import ModeState
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sensors import simulate_scan

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.decide import decide
-from clearway.avoidance.goal import arrival
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, goal_of
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation, goal_of
+from clearway.avoidance.rate.goal import arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem

@@ -8,13 +8,13 @@ import pytest
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, simulate_scan
-from clearway.sensors.seen_space import is_free
+from clearway.sensors.observed.seen_space import is_free
 from clearway.sim import simulate
 from worlds_for_tests import GRID, LIDAR, mission, planner
 

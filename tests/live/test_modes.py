@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.chosen import NOTHING_TRIED, Basis
+from clearway.avoidance.choose.chosen import NOTHING_TRIED, Basis
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode, Progress
-from clearway.live.modes import GUARDS, ModeFacts, mode_after
+from clearway.live.outputs.modes import GUARDS, ModeFacts, mode_after
 from worlds_for_tests import mission, planner
 
 AHEAD = mission((30.0, 8.0, 4.0))

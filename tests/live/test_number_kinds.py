@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import clearway as cw
-from clearway.live.readings import DataLimits
 
 
 def decided(number: Callable[[float], float], escape: str) -> tuple[object, ...]:
@@ -25,6 +24,9 @@ def decided(number: Callable[[float], float], escape: str) -> tuple[object, ...]
         start_free_m=number(3),
         body_radius_m=number(1),
         escape=escape,
+        state_s=number(2),
+        scan_s=number(3),
+        ground_height_m=number(-9),
     )
     beams = cw.BeamPattern.per_cell(grid, 20, min_range_m=number(1), max_range_m=number(30))
     start = cw.State(np.zeros(3), time_s=number(0), position_std_m=number(0))
@@ -33,8 +35,6 @@ def decided(number: Callable[[float], float], escape: str) -> tuple[object, ...]
         cw.Mission("m", start, waypoints_m=[[30, 0, 0], [50, 0, 0]], reach_radius_m=number(2)),
         lidars=(cw.Lidar("one", beams, sigma_m=number(1), airframe_radius_m=number(0)),),
         obstacle_map=cw.ObstacleMap([cw.Obstacle.ball([8.0, 1.0, 0.0], number(1))]),
-        limits=DataLimits(state_s=number(2), scan_s=number(3)),
-        ground_m=number(-9),
     )
     system.update(start)
     system.update(cw.Scan(np.array([[8.0, 1.0, 0.0]]), number(0), sensor="one"))

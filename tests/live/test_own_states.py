@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
-from clearway.live.own_states import Flown, OwnStates
+from clearway.live.inputs.own_states import Flown, OwnStates
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 

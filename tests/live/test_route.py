@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.live.distance_field import VoxelField, segment_is_clear
-from clearway.live.infeasibility import prove_infeasible
-from clearway.live.route import NoRoute, Route, check_mission, find_route
+from clearway.live.routing.distance_field import VoxelField, segment_is_clear
+from clearway.live.routing.infeasibility import prove_infeasible
+from clearway.live.routing.route import NoRoute, Route, check_mission, find_route
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.live.route_map import RouteMap
-from clearway.live.run_up import LEAST, MOST, run_up
-from clearway.sensors.seen_space import NOTHING_SEEN
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.live.recovery.run_up import LEAST, MOST, run_up
+from clearway.live.routing.route_map import RouteMap
+from clearway.sensors.observed.seen_space import NOTHING_SEEN
 from clearway.studies.campaigns.families import make_case
 
 RADIUS_M, MARGIN_M, VOXEL_M = 3.82, 0.6, 0.25

@@ -12,14 +12,14 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.sensors.seen_space import (
+from clearway.sensors.observed.seen_space import (
     NO_BOX,
     NO_VOXELS,
     is_box_free,
     is_free,
     is_marked,
     is_place_free,
-    packed,
+    pack_voxels,
 )
 from worlds_for_tests import LIDAR, mission, planner
 
@@ -95,7 +95,7 @@ def test_what_is_declared_free_ends_at_what_is_seen_to_stand_there() -> None:
 
 def test_a_place_is_free_where_a_ball_without_radius_is() -> None:
     rng = np.random.default_rng(3)
-    free = packed(rng.random((64, 64, 64)) < 0.5)
+    free = pack_voxels(rng.random((64, 64, 64)) < 0.5)
     boxes = (NO_BOX.ravel(), np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 1.5]))
     for declared_m, box in product((0.0, 2.0), boxes):
         window = np.concatenate([[-30.0, -31.0, -17.0, 4.0, 1.0, 1.5, 0.5, declared_m], box])
@@ -117,7 +117,7 @@ def test_a_box_is_free_where_all_its_voxels_are() -> None:
         voxels = np.ones((64, 64, 128), dtype=np.bool_)
         hole = rng.integers(low - 1, high + 2)
         voxels[tuple(hole % [64, 64, 128])] = False
-        free = packed(voxels)
+        free = pack_voxels(voxels)
         inside = bool(np.all((low <= hole) & (hole <= high)))
         assert is_box_free(free, window, box, NO_VOXELS) == (not inside)
         assert is_marked(free, *low.tolist()) == bool(voxels[tuple(low % [64, 64, 128])])

@@ -11,11 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from clearway.avoidance.hazards import PointHazards, no_points
-from clearway.live.cell_marking import leaves_no_room
-from clearway.live.open_way import any_way
-from clearway.live.route_map import MOST_FINE, TALL_FINE, UNSEEN, WIDEST, Cells, RouteMap
-from clearway.live.seen_route import (
+from clearway.avoidance.clear.hazards import PointHazards, no_points
+from clearway.live.routing.cell_marking import leaves_no_room
+from clearway.live.routing.open_way import any_way
+from clearway.live.routing.route_map import (
+    MOST_FINE,
+    TALL_FINE,
+    UNOBSERVED_COST,
+    WIDEST,
+    Cells,
+    RouteMap,
+)
+from clearway.live.routing.seen_route import (
     BARRED,
     ENDS_BESIDE,
     GREEDY,
@@ -28,8 +35,8 @@ from clearway.live.seen_route import (
 )
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sensors.free_space import SHAPE, FreeSpace
-from clearway.sensors.seen_space import NOTHING_SEEN, packed
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.seen_space import NOTHING_SEEN, pack_voxels
 
 MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
 START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])
@@ -114,7 +121,9 @@ def least_price(price: np.ndarray, start: tuple[int, ...], goal: tuple[int, ...]
             continue
         at_side = any(here[k] in (0, SMALL[k] - 1) for k in (0, 1))
         if beyond and at_side:
-            best = min(best, spent + UNSEEN * float(np.linalg.norm(np.subtract(goal, here))))
+            best = min(
+                best, spent + UNOBSERVED_COST * float(np.linalg.norm(np.subtract(goal, here)))
+            )
         if np.abs(np.subtract(goal, here)).max() <= ends:
             best = min(best, spent)
         for step in product((-1, 0, 1), repeat=3):
@@ -135,7 +144,7 @@ def test_no_way_is_cheaper_than_the_one_that_is_found(seed: int, is_seen: bool) 
     prices = [0.75, 1.0, 1.3, 2.0, 5.0, np.inf] if is_seen else [2.0, 2.0, 5.0, np.inf]
     price = rng.choice(prices, SMALL)
     if is_seen:
-        price[:, rng.integers(SMALL[1]) :] = UNSEEN
+        price[:, rng.integers(SMALL[1]) :] = UNOBSERVED_COST
     start = tuple(int(rng.integers(size)) for size in SMALL)
     goal = (int(rng.integers(-3, 12)), int(rng.integers(-3, 12)), int(rng.integers(SMALL[2])))
     room = np.full(SMALL, 9.0)
@@ -149,7 +158,7 @@ def test_no_way_is_cheaper_than_the_one_that_is_found(seed: int, is_seen: bool) 
     cells = [tuple(int(at) for at in cell) for cell in way]
     spent = sum(step_price(price, *ends) for ends in pairwise(cells))
     if not all(0 <= at < size for at, size in zip(goal[:2], SMALL[:2], strict=True)):
-        spent += UNSEEN * float(np.linalg.norm(way[-1] - goal))
+        spent += UNOBSERVED_COST * float(np.linalg.norm(way[-1] - goal))
     assert spent == pytest.approx(least)
 
 
@@ -299,7 +308,7 @@ def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
     )
     routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
     seen = FreeSpace(VOXEL_M, START).seen
-    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(two_doors), START, 100.0)
+    routes.take(seen._replace(free=pack_voxels(np.ones(SHAPE))), balls(two_doors), START, 100.0)
     route = seen_route(routes.cells(), START, GOAL)
     assert 2.0 < crossed_m(route, 12.0) < 10.0
     for _ in range(40):
@@ -335,7 +344,7 @@ def test_who_passes_a_lone_trunk_beside_open_space_keeps_off_it_no_farther_than_
     trunk = wall((12.0, 0.0), (12.0, 0.5))
     routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M, sees_m=15.0)
     seen = FreeSpace(VOXEL_M, START).seen
-    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(trunk), START, 100.0)
+    routes.take(seen._replace(free=pack_voxels(np.ones(SHAPE))), balls(trunk), START, 100.0)
     route = seen_route(routes.cells(), START, GOAL)
     assert MARGIN_M < abs(crossed_m(route, 12.0)) < 3.0
     assert route.in_vain_m == 0.0
@@ -351,7 +360,7 @@ def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
     returns = returns[returns[:, 2] <= top_m]
     routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
     seen = FreeSpace(VOXEL_M, START).seen
-    routes.take(seen._replace(free=packed(np.ones(SHAPE))), balls(returns), START, 100.0)
+    routes.take(seen._replace(free=pack_voxels(np.ones(SHAPE))), balls(returns), START, 100.0)
     routes.aim(np.array([START, [12.0, 0.0, 0.0]]))
     assert not routes.came_nearer(START, 6.0)
     cells = routes.cells()

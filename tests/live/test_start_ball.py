@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
 from clearway.vehicle.automaton import MovementAutomaton
@@ -34,7 +35,7 @@ def lidar(place_m: tuple[float, float, float], down_rad: float = 0.0) -> Lidar:
 
 
 def test_of_a_small_body_a_movement_is_enough(stops: Planner) -> None:
-    small = replace(stops, settings=replace(stops.settings, body_radius_m=0.1))
+    small = stops.changed(body_radius_m=0.1)
     plan = escape_plan(small, [lidar((0.0, 0.0, 0.0))])
     assert (plan.within, plan.start_free_m) == (0, None)
     assert plan.flown_by(small) is small
@@ -69,7 +70,7 @@ def test_from_elsewhere_more_counts_as_free_and_that_is_said(
 
 
 def test_who_asks_for_less_is_told_what_would_do(stops: Planner) -> None:
-    less = replace(stops, settings=replace(stops.settings, start_free_m=1.0))
+    less = stops.changed(start_free_m=1.0)
     plan = escape_plan(less, [lidar((0.2, 0.0, 0.1))])
     assert plan.start_free_m is None
     assert "it may stay where it starts, start_free_m = 1." in plan.why

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.missions.fly import fly
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import read_mission

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.decide import decide
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.missions.mission_file import read_mission_file

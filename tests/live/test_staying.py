@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.candidates import Commitment
+from clearway.avoidance.choose.chosen import Basis
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.live import AvoidanceSystem
-from clearway.live.dead_end import GIVEN_UP, STAYS, TRIES, _closed_or_not
 from clearway.live.mission import Progress
-from clearway.live.seen_route import SeenRoute
+from clearway.live.recovery.dead_end import GIVEN_UP, STAYS, TRIES, _closed_or_not
+from clearway.live.routing.seen_route import SeenRoute
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate
 from worlds_for_tests import LIBRARY, LIDAR, mission

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
@@ -22,8 +22,9 @@ MISSION = mission((30.0, 0.0, 0.0))
 BALL = ObstacleMap([Obstacle.ball([8.0, 0.0, 0.0], 1.5)])
 
 
-def system(**more):
-    return AvoidanceSystem(PLANNER, MISSION, lidars=(LIDAR,), **more)
+def system(**settings):
+    planner = PLANNER.changed(**settings) if settings else PLANNER
+    return AvoidanceSystem(planner, MISSION, lidars=(LIDAR,))
 
 
 def state(time_s, x=0.0, **more):
@@ -213,7 +214,7 @@ def test_at_the_end_of_a_movement_any_news_counts():
 
 
 def test_without_verification_all_news_counts():
-    careless = replace(PLANNER, settings=replace(PLANNER.settings, verify=False))
+    careless = PLANNER.changed(verify=False)
     live = AvoidanceSystem(careless, MISSION, lidars=(LIDAR,))
     live.update(state(0.0))
     live.decide(0.0)
@@ -324,7 +325,7 @@ def test_the_mode_after_the_last_waypoint_is_landing():
 
 
 def test_a_tracker_smooths_reports_and_counts_what_it_leaves_out():
-    live = system(tracker=TrackerSettings(), address="own")
+    live = system(tracker=TrackerSettings(), transponder_address="own")
     rng = np.random.default_rng(3)
     for second in range(6):
         live.update(state(float(second), x=float(second)))

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.live.route_map import RouteMap
-from clearway.live.seen_route import seen_route
-from clearway.sensors.seen_space import NOTHING_SEEN
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.live.routing.route_map import RouteMap
+from clearway.live.routing.seen_route import seen_route
+from clearway.sensors.observed.seen_space import NOTHING_SEEN
 from clearway.sim import simulate
 from clearway.sim.settings import SimulationSettings
 from clearway.studies.campaigns.families import make_case

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,14 +11,15 @@ from hypothesis import strategies as st
 
 from ball_world import BallWorld
 from clearway.avoidance.decide import decide
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import CALM, Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import CALM, Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
+from clearway.live.inputs.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.live.mission import Mission
-from clearway.live.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.reach.drifted import drifted
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
@@ -138,7 +138,7 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
 def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     """Against the wind a way out takes so much room that strict flight keeps the margin, but does
     not get past two balls in time."""
-    planner = replace(planner, settings=replace(planner.settings, escape=escape))
+    planner = planner.changed(escape=escape)
     balls = BallWorld.of(((9.0, 0.4, 0.0), 1.5), ((18.0, -1.0, 0.5), 1.5))
     mission = Mission("windy", State(np.zeros(3)), waypoints_m=np.array([[26.0, 0.0, 0.0]]))
     lidar = Lidar("lidar", BeamPattern.per_cell(planner.grid, max_range_m=10.0))

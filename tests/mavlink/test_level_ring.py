@@ -14,16 +14,16 @@ from hypothesis import strategies as st
 
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
-from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
+from clearway.mavlink.distances import Sectors, make_sector_scan, sector_lidar
 from clearway.mavlink.setup import sensor_of
 from clearway.mavlink.simulated_habits import Habits
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
-from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.seen_space import is_place_free
 from clearway.sensors.range_sensor import LidarSensor
-from clearway.sensors.seen_space import is_place_free
 from companion_missions import CALM, mission
 from mavlink_for_tests import distances
 from simulated_flight import SimulatedFlight
@@ -135,7 +135,7 @@ def test_no_column_stands_in_what_a_tilted_ring_shows(
     )
     nose = body[:, 0]
     yaw = math.atan2(nose[1], nose[0])
-    scan = scan_of(sectors, lidar, state, yaw, Counter(), tilt)
+    scan = make_sector_scan(sectors, lidar, state, yaw, Counter(), tilt)
     free = FreeSpace(0.25, state.position_m, reach_m=10.0, span_m=(0.0, 12.0))
     free.take(LidarSensor(lidar), replace(scan, blind_m=0.0), state)
     seen = free.seen
@@ -153,7 +153,7 @@ def test_an_opening_shows_less_the_more_the_vehicle_tilts() -> None:
     assert sectors is not None
     heights_m = []
     for tilt_deg in (0.0, 15.0, 20.0, 25.0, 30.0):
-        scan = scan_of(sectors, lidar, state, 0.0, Counter(), math.radians(tilt_deg))
+        scan = make_sector_scan(sectors, lidar, state, 0.0, Counter(), math.radians(tilt_deg))
         free = FreeSpace(0.25, state.position_m, reach_m=10.0)
         free.take(LidarSensor(lidar), replace(scan, blind_m=0.0), state)
         seen, up_m = free.seen, np.arange(0.125, 3.0, 0.25)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as ardupilot
 
-from clearway.avoidance.situation import margin_m
+from clearway.avoidance.plan.situation import margin_m
 from mavlink_for_tests import Bench
 
 

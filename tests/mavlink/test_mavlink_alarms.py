@@ -9,7 +9,7 @@ import pytest
 
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision
-from clearway.live.alarms import Alarm, AlarmKind
+from clearway.live.outputs.alarms import Alarm, AlarmKind
 from worlds_for_tests import LIDAR, mission, planner
 
 pytest.importorskip("pymavlink", reason="needs the extra mavlink")

@@ -18,7 +18,7 @@ from clearway.live.link.vehicle_clock import Tick, VehicleClock
 from clearway.mavlink.boot_time import WRAP_S, boot_ms, time_of
 from clearway.mavlink.mode import status_of
 from clearway.mavlink.own_state import OwnPlace
-from clearway.mavlink.set_points import FOLLOW, HOLD, set_point_message
+from clearway.mavlink.set_points import FOLLOW, HOLD, encode_set_point
 from mavlink_for_tests import ORIGIN, attitude, enu, origin, position
 
 # --- clock --------------------------------------------------------------------------------------
@@ -218,7 +218,7 @@ def test_modes_that_follow_set_points(
 def test_a_set_point_follows_the_plan_in_the_autopilot_s_frame() -> None:
     state = enu(5.0, 2.0, 10.0, 0.0, math.radians(-30.0), math.radians(90.0))
     following = SetPoint.following(State(state[:3], state[3:]), 2.0)
-    message = set_point_message(following, enu(1.0, -1.0, 4.0), 1234, 7, 1)
+    message = encode_set_point(following, enu(1.0, -1.0, 4.0), 1234, 7, 1)
     assert (message.x, message.y, message.z) == pytest.approx((3.0, 4.0, -6.0))
     climb = 2.0 * math.cos(math.radians(30.0))
     assert (message.vx, message.vy, message.vz) == pytest.approx((climb, 0.0, -1.0), abs=1e-9)
@@ -229,7 +229,7 @@ def test_a_set_point_follows_the_plan_in_the_autopilot_s_frame() -> None:
 
 
 def test_holding_leaves_the_velocity_out() -> None:
-    message = set_point_message(SetPoint.holding(enu(5.0, 2.0, 10.0), 0.0), np.zeros(3), 0, 1, 1)
+    message = encode_set_point(SetPoint.holding(enu(5.0, 2.0, 10.0), 0.0), np.zeros(3), 0, 1, 1)
     assert message.type_mask == HOLD == 0b1001_1111_1000
     assert (message.x, message.y, message.z) == (2.0, 5.0, -10.0)
     assert message.yaw == pytest.approx(math.pi / 2)

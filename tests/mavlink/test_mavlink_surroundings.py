@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from clearway.base.state import State
 from clearway.live.link.aircraft import MOST_AIRCRAFT, AircraftHeard, TrafficTerms
 from clearway.live.link.own_motion import OwnMotion
-from clearway.mavlink.adsb import aircraft_of
-from clearway.mavlink.distances import Sectors, scan_of, sector_lidar
+from clearway.mavlink.adsb import read_adsb_aircraft
+from clearway.mavlink.distances import Sectors, make_sector_scan, sector_lidar
 from clearway.mavlink.remote_id import drone_of
 from mavlink_for_tests import ORIGIN, SENSOR, aircraft, distances, drone, enu
 
@@ -35,7 +35,7 @@ def returns(scan: Any) -> Any:
 
 
 def test_sectors_are_clockwise_from_ahead() -> None:
-    scan = scan_of(
+    scan = make_sector_scan(
         sectors_of(distances(1.0, {18: 500})), SENSOR, State(np.zeros(3)), 0.0, Counter()
     )
     points, ended = returns(scan)
@@ -47,7 +47,7 @@ def test_sectors_are_clockwise_from_ahead() -> None:
 
 
 def test_unknown_sectors_are_no_free_space_and_empty_ones_are() -> None:
-    scan = scan_of(
+    scan = make_sector_scan(
         sectors_of(distances(1.0, {0: 65_535, 1: 1_001, 2: 1_000, 3: 0})),
         SENSOR,
         State(np.zeros(3)),
@@ -69,7 +69,7 @@ def test_returns_lie_where_the_sector_says_whatever_the_course(
 ) -> None:
     told = distances(1.0, {sector: 400}, offset=offset, frame=0 if from_north else 12)
     state = State(enu(7.0, -3.0, 5.0), enu(0.0, 0.0, course))
-    points, _ = returns(scan_of(sectors_of(told), SENSOR, state, heading, Counter()))
+    points, _ = returns(make_sector_scan(sectors_of(told), SENSOR, state, heading, Counter()))
     world = points @ state.world_from_body.T
     clockwise = math.radians(offset + 5.0 * sector)
     towards = math.pi / 2 - clockwise if from_north else heading - clockwise
@@ -80,7 +80,9 @@ def test_returns_lie_where_the_sector_says_whatever_the_course(
 
 def test_finer_and_fewer_sectors() -> None:
     told = distances(1.0, {0: 300, 71: 300}, increment=0, increment_f=1.25, offset=-44.375)
-    points, ended = returns(scan_of(sectors_of(told), SENSOR, State(np.zeros(3)), 0.0, Counter()))
+    points, ended = returns(
+        make_sector_scan(sectors_of(told), SENSOR, State(np.zeros(3)), 0.0, Counter())
+    )
     azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
     assert azimuth.max() == pytest.approx(44.5)
     assert azimuth.min() == pytest.approx(-44.5)
@@ -90,11 +92,11 @@ def test_finer_and_fewer_sectors() -> None:
 def test_a_level_sensor_sees_nothing_along_a_steep_path_and_a_fan_does() -> None:
     climbing = State(np.zeros(3), enu(0.0, math.radians(-15.0), 0.0))
     told = sectors_of(distances(1.0, {0: 500}))
-    points, ended = returns(scan_of(told, SENSOR, climbing, 0.0, Counter()))
+    points, ended = returns(make_sector_scan(told, SENSOR, climbing, 0.0, Counter()))
     assert len(points) == 0
     assert ended > 200
     wide = sector_lidar(10.0, math.radians(30.0))
-    points, _ = returns(scan_of(told, wide, climbing, 0.0, Counter()))
+    points, _ = returns(make_sector_scan(told, wide, climbing, 0.0, Counter()))
     world = points @ climbing.world_from_body.T
     assert len(points) > 20
     assert np.linalg.norm(world, axis=1) == pytest.approx(5.0)
@@ -104,7 +106,7 @@ def test_a_level_sensor_sees_nothing_along_a_steep_path_and_a_fan_does() -> None
 def test_a_sensor_that_ends_early_clears_nothing() -> None:
     counts: Counter[str] = Counter()
     told = sectors_of(distances(1.0, {0: 300}, reach=600))
-    points, ended = returns(scan_of(told, SENSOR, State(np.zeros(3)), 0.0, counts))
+    points, ended = returns(make_sector_scan(told, SENSOR, State(np.zeros(3)), 0.0, counts))
     assert len(points) == 5
     assert ended == 355
     assert counts == {"distances: sensor ends before the mission's range": 1}
@@ -135,7 +137,7 @@ def picture(**settings: Any) -> tuple[AircraftHeard, Counter[str]]:
 
 def taken(view: AircraftHeard, message: Any, now_s: float = 10.0) -> Any:
     height = float(OWN.position_m[2])
-    report = aircraft_of(message, np.array(ORIGIN), height, view._counts)
+    report = read_adsb_aircraft(message, np.array(ORIGIN), height, view._counts)
     return None if report is None else view.take(report, now_s, OWN)
 
 
@@ -190,8 +192,8 @@ def test_old_impossible_and_far_reports_are_left_out() -> None:
     assert taken(view, aircraft(tslc=11)) is None
     assert taken(view, aircraft(speed=60_000)) is None
     assert taken(view, aircraft(lat=521_000_000)) is None
-    assert aircraft_of(aircraft(), np.array(ORIGIN), None, counts) is None
-    assert aircraft_of(aircraft(), None, 0.0, counts) is None
+    assert read_adsb_aircraft(aircraft(), np.array(ORIGIN), None, counts) is None
+    assert read_adsb_aircraft(aircraft(), None, 0.0, counts) is None
     assert dict(counts) == {
         "traffic: stale": 1,
         "traffic: impossible": 1,

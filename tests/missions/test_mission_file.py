@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
-from clearway.io.samples.plans import write_plan
+from clearway.io.samples.plans import write_plan_sample
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile, built_in_missions
 from clearway.missions.scene_reading import scene_of
@@ -102,7 +102,7 @@ def test_a_scene_with_a_wrong_value_is_read_or_refused(
 def test_an_origin_that_is_no_place_is_refused(
     origin: list[float], plan: tuple[str, ...], tmp_path: Path
 ) -> None:
-    write_plan(tmp_path / "a.plan", np.random.default_rng(0))
+    write_plan_sample(tmp_path / "a.plan", np.random.default_rng(0))
     way = 'plan = "a.plan"' if plan else 'name = "geo"\nwaypoints_m = [[9, 0, 0]]'
     (tmp_path / "geo.toml").write_text(f"[mission]\n{way}\norigin_geodetic = {origin}\n")
     done = clearway("fly", "geo.toml", "--no-plots", "--no-mcap", cwd=tmp_path)

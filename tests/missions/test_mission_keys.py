@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.io.toml import Section, parse_model
-from clearway.live import DataLimits
 from clearway.missions.fault_section import FaultsSection
 from clearway.missions.lidar_section import LidarSection
 from clearway.missions.mission_file import MissionFile
@@ -31,8 +30,8 @@ from clearway.sim.settings import SimulationSettings
 
 MISSION = {"mission": {"name": "m", "waypoints_m": [[9, 0, 0]]}}
 ELSEWHERE = {
-    RatingSection: {"name", "sensors", "detection"},
-    SafetySection: {"margin_m", "conservative_turning_radius_m", "ground_height_m"},
+    RatingSection: {"name", "sensors"},
+    SafetySection: {"margin_m", "conservative_turning_radius_m"},
     PricesSection: set(),
     SimulationSection: {"attitude_sigma_deg"},
     FaultsSection: {"blind_deg", "dead_from_s"},
@@ -48,7 +47,7 @@ ELSEWHERE = {
 """Keys that are called otherwise than what they set, or set nothing by themselves."""
 SETS = {
     RatingSection: (AvoidanceSettings,),
-    SafetySection: (AvoidanceSettings, DataLimits),
+    SafetySection: (AvoidanceSettings,),
     PricesSection: (Prices,),
     SimulationSection: (SimulationSettings,),
     FaultsSection: (Faults,),
@@ -96,8 +95,8 @@ def test_all_others_arrive_too() -> None:
     assert (settings.rating, settings.sensor_fusion) == ("visible", "weighted")
     assert (settings.safety_margin_m, settings.verify) == (0.5, False)
     assert (settings.prices.turn, settings.intruder_models) == (0.75, ("line",))
-    assert (setup.detection_rule, setup.ground_m) == ("surface", -9.0)
-    assert setup.limits.patience_turns == 2.5
+    assert (settings.detection, settings.ground_height_m) == ("surface", -9.0)
+    assert settings.patience_turns == 2.5
     assert (setup.traffic.report_s, setup.traffic.deviates) == (2.5, True)
     simulation = setup.simulation
     assert (simulation.seed, simulation.input_noise) == (5, 0.25)

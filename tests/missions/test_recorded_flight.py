@@ -27,8 +27,8 @@ from clearway.missions.setup import prepare
 from clearway.traffic.recorded import (
     TrafficRecording,
     TrafficReport,
-    aircraft_of,
     closest_pairs,
+    collect_aircraft,
     take_part,
     without_ghosts,
 )
@@ -104,7 +104,7 @@ def test_velocities_come_from_positions_where_nothing_else_is_told() -> None:
         return (50.0 * time_s, 0.0, round((900.0 + 5.0 * time_s) / (25 * FOOT_M)) * 25 * FOOT_M)
 
     told = reports("abc", climbing, range(0, 61, 4))
-    played = played_track(aircraft_of(recording(*told))[0], ORIGIN, from_s=0.0)
+    played = played_track(collect_aircraft(recording(*told))[0], ORIGIN, from_s=0.0)
     assert played is not None
     assert np.isnan(played.velocity_mps[0]).any()
     assert played.velocity_mps[5:] == pytest.approx(
@@ -112,7 +112,7 @@ def test_velocities_come_from_positions_where_nothing_else_is_told() -> None:
     )
     assert played.radius_m == pytest.approx(0.5 * 25 * FOOT_M)
     spoken = reports("abc", climbing, range(0, 61, 4), ground_speed_mps=60.0, track_rad=math.pi / 2)
-    played = played_track(aircraft_of(recording(*spoken))[0], ORIGIN, from_s=0.0)
+    played = played_track(collect_aircraft(recording(*spoken))[0], ORIGIN, from_s=0.0)
     assert played is not None
     assert played.velocity_mps[:, 0] == pytest.approx(60.0)
 
@@ -123,7 +123,7 @@ def test_heights_of_two_kinds_are_never_mixed() -> None:
         *reports("abc", lambda _: (0.0, 0.0, 990.0), (7.0, 9.0), altitude_kind="geometric",
                  geometric_altitude_m=990.0),
     ]  # fmt: skip
-    (one,) = aircraft_of(recording(*both))
+    (one,) = collect_aircraft(recording(*both))
     barometric = played_track(one, ORIGIN, 0.0)
     geometric = played_track(one, ORIGIN, 0.0, geometric=True)
     assert barometric is not None
@@ -132,7 +132,7 @@ def test_heights_of_two_kinds_are_never_mixed() -> None:
     assert geometric.time_s.tolist() == [7.0, 9.0]
     on_ground = reports("def", lambda _: (0.0, 0.0, 0.0), (0.0, 1.0), altitude_kind="ground",
                         altitude_m=None)  # fmt: skip
-    assert played_track(aircraft_of(recording(*on_ground))[0], ORIGIN, 0.0) is None
+    assert played_track(collect_aircraft(recording(*on_ground))[0], ORIGIN, 0.0) is None
 
 
 def test_closest_approach_of_crossing_straight_lines() -> None:
@@ -168,7 +168,7 @@ def test_the_route_passes_the_closest_point_when_the_aircraft_did() -> None:
         *reports("abc", turning, times, ground_speed_mps=60.0, track_rad=0.0),
         *reports("def", lambda t: (-20.0 * t, 200.0, 930.0), times, ground_speed_mps=30.0),
     )
-    (pair,) = closest_pairs(aircraft_of(air))
+    (pair,) = closest_pairs(collect_aircraft(air))
     part = take_part(pair, "ABC")
     assert part.own.address == "abc"
     assert part.from_s == pytest.approx(pair.time_s - 90.0, abs=3.0)
@@ -190,13 +190,13 @@ def test_a_recording_that_ends_at_the_closest_point_is_flown_straight_on() -> No
         *reports("def", lambda t: (50.0 * t + 10.0 * t, 100.0, 900.0), times,
                  ground_speed_mps=60.0),
     )  # fmt: skip
-    (pair,) = closest_pairs(aircraft_of(air))
+    (pair,) = closest_pairs(collect_aircraft(air))
     part = take_part(pair, "abc", after_s=40.0)
     assert part.waypoints_m[-1][:2] == pytest.approx([2000.0, 0.0], abs=60.0)
     assert np.linalg.norm(part.waypoints_m[:, :2], axis=1).min() < 60.0  # the closest point
     brief = recording(*(report for report in air.reports if report.time_s > -10.0))
     with pytest.raises(InputError, match="too little is recorded"):
-        take_part(closest_pairs(aircraft_of(brief))[0])
+        take_part(closest_pairs(collect_aircraft(brief))[0])
 
 
 def test_a_waypoint_abeam_counts_where_that_is_asked_for() -> None:
@@ -386,7 +386,7 @@ def test_real_encounters(
     data_dir: Path, file: str, pair: set[str], own: str, index_m: tuple[float, float] | None
 ) -> None:
     path = data_dir / "adsb" / file
-    pairs = closest_pairs(without_ghosts(aircraft_of(read_traffic(path))), own)
+    pairs = closest_pairs(without_ghosts(collect_aircraft(read_traffic(path))), own)
     met = next(one for one in pairs if {one.first.address, one.second.address} == pair)
     found = fly_in_place(take_part(met, own), path)
     recorded, without, avoiding = (

@@ -16,7 +16,7 @@ from clearway.base.errors import InputError
 from clearway.io.toml import parse_model
 from clearway.io.toml_problems import sections_in
 from clearway.missions.scene_file import SceneFile
-from clearway.missions.scene_reading import merged, read_scene, scene_of
+from clearway.missions.scene_reading import merge_tables, read_scene, scene_of
 from clearway.missions.scene_result import scene_result
 from repository import REPOSITORY
 from scenes_for_tests import CROSSING, TWO_BALLS, problems_of, result_of
@@ -138,7 +138,7 @@ def test_a_survey_is_no_scan(tmp_path: Path) -> None:
 
 def test_overrides_reach_into_tables() -> None:
     tables = {"grid": {"range_m": 10, "layers": 3}, "scan": {"file": "a"}}
-    assert merged(tables, {"grid": {"range_m": 20}, "rating": {"name": "visible"}}) == {
+    assert merge_tables(tables, {"grid": {"range_m": 20}, "rating": {"name": "visible"}}) == {
         "grid": {"range_m": 20, "layers": 3},
         "scan": {"file": "a"},
         "rating": {"name": "visible"},

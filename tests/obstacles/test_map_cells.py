@@ -13,7 +13,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import attitude_from_rotation, cartesian_from_spherical, world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.cell_share import half_space_share
-from clearway.obstacles.cells import VolumeMode, base_probability, coated_cells
+from clearway.obstacles.cells import VolumeMode, base_probability, inflate_shapes
 from clearway.obstacles.obstacle import Obstacle, local_distance, shapes_of
 from clearway.obstacles.obstacle_map import ObstacleMap
 
@@ -238,7 +238,7 @@ def test_an_empty_map_fills_nothing() -> None:
     shapes = shapes_of([])
     for mode in ("fast", "reference"):
         assert np.all(base_probability(shapes, GRID, mode) == 0.0)  # type: ignore[arg-type]
-    assert not np.any(coated_cells(shapes, GRID, 0.6))
+    assert not np.any(inflate_shapes(shapes, GRID, 0.6))
 
 
 def test_a_covered_grid_is_full() -> None:
@@ -266,7 +266,7 @@ def test_half_space_share_of_a_unit_cube() -> None:
 def test_coating_misses_no_cell_and_few_too_many(seed: int, margin_m: float) -> None:
     rng = np.random.default_rng(seed)
     shapes = shapes_of(random_obstacles(seed, 4))
-    coated = coated_cells(shapes, GRID, margin_m)
+    coated = inflate_shapes(shapes, GRID, margin_m)
     spherical = rng.uniform([0.0, -np.pi / 4, -np.pi / 6], [10.0, np.pi / 4, np.pi / 6], (800, 3))
     points = cartesian_from_spherical(spherical)
     cells = GRID.cell_of(points)
@@ -285,8 +285,8 @@ def test_coating_is_the_same_of_one_shape_and_of_many_on_it_but_where_these_are_
     shape = Obstacle.cuboid(
         [6.5, 0.4, 0.1], (1.0, 2.0, 1.5), radius_m=0.05, orientation_rad=[0.3, 0.2, -0.5]
     )
-    alone = coated_cells(shapes_of([shape]), GRID, 0.6)
-    many = coated_cells(shapes_of([shape] * count), GRID, 0.6)
+    alone = inflate_shapes(shapes_of([shape]), GRID, 0.6)
+    many = inflate_shapes(shapes_of([shape] * count), GRID, 0.6)
     if count <= 30:
         np.testing.assert_array_equal(many, alone)
     else:
@@ -298,7 +298,7 @@ def test_a_wire_is_coated() -> None:
     wire = shapes_of(
         [Obstacle.line([6, 0, 0], 8.0, radius_m=0.0075, orientation_rad=[0, 0, QUARTER])]
     )
-    coated = GRID.shaped(coated_cells(wire, GRID, 0.6))
+    coated = GRID.shaped(inflate_shapes(wire, GRID, 0.6))
     assert np.all(coated[5:7, 3, 2])
     assert not np.any(coated[:4])
     assert not np.any(coated[8:, 3])

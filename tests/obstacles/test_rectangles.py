@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 shapely = pytest.importorskip("shapely")
 
-from clearway.io.maps.rectangles import EXCESS, MOST_RECTANGLES, cover  # noqa: E402
+from clearway.io.maps.rectangles import EXCESS, MOST_RECTANGLES, cover_polygon  # noqa: E402
 
 
 def union(covered):
@@ -29,7 +29,7 @@ def turned(corners, angle):
 
 
 def test_a_turned_rectangle_is_one_rectangle():
-    covered = cover([turned([[0, 0], [12, 0], [12, 5], [0, 5]], 0.4)])
+    covered = cover_polygon([turned([[0, 0], [12, 0], [12, 5], [0, 5]], 0.4)])
     assert len(covered.rectangles) == 1
     assert covered.covered_m2 == pytest.approx(60.0)
     assert sorted(covered.rectangles[0].size_m) == pytest.approx([5.0, 12.0])
@@ -37,7 +37,7 @@ def test_a_turned_rectangle_is_one_rectangle():
 
 def test_an_l_becomes_two_rectangles_without_any_waste():
     shape = [[0, 0], [10, 0], [10, 3], [4, 3], [4, 9], [0, 9]]
-    covered = cover([turned(shape, 1.1)])
+    covered = cover_polygon([turned(shape, 1.1)])
     assert len(covered.rectangles) == 2
     assert covered.covered_m2 == pytest.approx(54.0) == covered.polygon_m2
 
@@ -45,24 +45,24 @@ def test_an_l_becomes_two_rectangles_without_any_waste():
 def test_a_courtyard_stays_open():
     outer = np.array([[0, 0], [40, 0], [40, 40], [0, 40]])
     hole = np.array([[10, 10], [30, 10], [30, 30], [10, 30]])
-    covered = cover([outer, hole])
+    covered = cover_polygon([outer, hole])
     assert covered.covered_m2 <= (1.0 + EXCESS) * 1200.0
     assert not union(covered).contains(shapely.Point(20.0, 20.0))
 
 
 def test_a_bow_tie_counts_as_what_it_encloses():
-    covered = cover([np.array([[0, 0], [30, 30], [30, 0], [0, 30]])])
+    covered = cover_polygon([np.array([[0, 0], [30, 30], [30, 0], [0, 30]])])
     assert covered.polygon_m2 == pytest.approx(450.0)
     assert union(covered).contains(shapely.Point(29.0, 15.0))
 
 
 def test_no_area_gives_no_rectangle():
-    assert cover([np.array([[0, 0], [5, 5], [10, 10]])]).rectangles == ()
+    assert cover_polygon([np.array([[0, 0], [5, 5], [10, 10]])]).rectangles == ()
 
 
 def test_splinters_keep_a_width():
     splinter = np.array([[0.0, 0.0], [54.0, 30.0], [54.0, 30.0 + 1e-7], [0.0, 1e-7]])
-    assert all(min(one.size_m) >= 1e-3 for one in cover([splinter]).rectangles)
+    assert all(min(one.size_m) >= 1e-3 for one in cover_polygon([splinter]).rectangles)
 
 
 @settings(max_examples=60)
@@ -71,7 +71,7 @@ def test_splinters_keep_a_width():
 def test_rectangles_cover_any_star_shaped_polygon(radii, start):
     angles = start + 2.0 * np.pi * np.arange(len(radii)) / len(radii)
     ring = np.array(radii)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    covered = cover([ring])
+    covered = cover_polygon([ring])
     shape = shapely.make_valid(shapely.Polygon(ring))
     assert len(covered.rectangles) <= MOST_RECTANGLES + 2
     assert shapely.difference(shape, union(covered)).area <= 1e-6 * shape.area

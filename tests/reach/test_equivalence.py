@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.equivalence import each_way_once, equivalent
-from clearway.reach.lattice import build_lattice
-from clearway.reach.select import tree_of
+from clearway.reach.choose.equivalence import each_way_once, equivalent
+from clearway.reach.choose.select import tree_of
+from clearway.reach.expand.lattice import build_lattice
 from clearway.reach.sets import METHODS, build_reach_set
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from clearway.reach import escape_store
-from clearway.reach.escape_store import FoundWays, load_or_search, search
-from clearway.reach.legs import Legs, legs_from_level
+from clearway.reach.escapes import store as escape_store
+from clearway.reach.escapes.legs import Legs, legs_from_level
+from clearway.reach.escapes.store import FoundWays, load_or_search, search_escapes
+from clearway.reach.escapes.ways import BEGINNINGS, Ways
 from clearway.reach.standard import standard_automata
 from clearway.reach.store import SHIPPED
-from clearway.reach.ways import BEGINNINGS, Ways
 from clearway.vehicle.automaton import MovementAutomaton
 from damage import DAMAGES
 
@@ -34,7 +34,7 @@ def same(one: FoundWays, other: FoundWays) -> bool:
 
 @pytest.fixture
 def never_searched(monkeypatch):
-    monkeypatch.setattr(escape_store, "search", lambda *_: pytest.fail("it searches"))
+    monkeypatch.setattr(escape_store, "search_escapes", lambda *_: pytest.fail("it searches"))
 
 
 def test_loaded_equals_searched_bit_for_bit(tmp_path, request):
@@ -74,8 +74,8 @@ def test_what_ships_is_what_would_be_found():
     """Whoever changes the search runs `python -m clearway.reach.standard`, raising the version."""
     for automaton in standard_automata():
         legs = legs_for(automaton)
-        assert (SHIPPED / escape_store.name_of(escape_store.content_key(automaton, legs))).exists()
-        assert same(load_or_search(automaton, legs), search(automaton, legs))
+        assert (SHIPPED / escape_store.name_of(escape_store.hash_escapes(automaton, legs))).exists()
+        assert same(load_or_search(automaton, legs), search_escapes(automaton, legs))
 
 
 def flown(ways: Ways, legs: Legs, at: int) -> tuple[list[int], np.ndarray]:
@@ -97,7 +97,7 @@ def flown(ways: Ways, legs: Legs, at: int) -> tuple[list[int], np.ndarray]:
 def test_beginnings_come_by_their_length_and_change_no_oftener_than_allowed():
     automaton = MovementAutomaton.plane()
     legs = legs_for(automaton)
-    ways = search(automaton, legs).ways[0]
+    ways = search_escapes(automaton, legs).ways[0]
     lengths, places = [], set()
     for at in range(len(ways.parent)):
         assert ways.parent[at] < at

@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import TABLE_6_1, bound_6_5, compare
-from clearway.reach.coverage import footprint, footprint_labels, leading_to, measure, smoothness
-from clearway.reach.dispersal import dispersion, sample_reachable
+from clearway.reach.choose.coverage import (
+    footprint,
+    footprint_labels,
+    leading_to,
+    measure_coverage,
+    smoothness,
+)
+from clearway.reach.compare.comparison import TABLE_6_1, bound_6_5, compare_methods
+from clearway.reach.compare.dispersal import measure_dispersion, sample_reachable
 from clearway.reach.sets import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -23,14 +29,14 @@ def test_the_full_set_leaves_nothing_out():
     full = build_reach_set(FREE, SMALL, method="full")
     sample = sample_reachable(FREE, SMALL, trajectories=500)
     # arccos of one minus a rounding error is some 1e-8.
-    assert dispersion(full, sample).largest_m < 1e-6
+    assert measure_dispersion(full, sample).largest_m < 1e-6
 
 
 def test_dispersion_falls_with_nodes_and_is_what_brute_force_finds():
     sample = sample_reachable(FREE, SMALL, trajectories=300, seed=4)
     few = build_reach_set(FREE, SMALL, method="dispersion", spread=2)
     more = build_reach_set(FREE, SMALL, method="dispersion", spread=12)
-    assert dispersion(more, sample).mean_m < dispersion(few, sample).mean_m
+    assert measure_dispersion(more, sample).mean_m < measure_dispersion(few, sample).mean_m
     pitch, yaw = few.states[:, 4], few.states[:, 5]
     level = [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)]
     position = np.vstack([np.zeros(3), few.states[:, :3]])
@@ -38,7 +44,7 @@ def test_dispersion_falls_with_nodes_and_is_what_brute_force_finds():
     apart = np.linalg.norm(sample.position_m[:, None] - position, axis=2)
     turned = np.arccos(np.clip(sample.heading @ heading.T, -1.0, 1.0))
     nearest = (apart + FREE.turning_radius_m * turned).min(axis=1)
-    found = dispersion(few, sample)
+    found = measure_dispersion(few, sample)
     assert found.largest_m == pytest.approx(nearest.max())
     assert found.mean_m == pytest.approx(nearest.mean())
     assert found.states == len(nearest)
@@ -72,7 +78,7 @@ def test_footprints_collapse_repeats():
 
 def test_footprints_of_finer_samples_tell_more_trajectories_apart():
     tree = build_reach_set(FREE, SMALL, method="chaotic", spread=6, side_exits=0)
-    found = measure(tree)
+    found = measure_coverage(tree)
     assert found.footprints < found.footprints_of_samples <= found.trajectories
     for leaf in tree.trajectories[::40]:
         samples = tree.samples_m[tree.path(leaf)].reshape(-1, 3)
@@ -91,8 +97,10 @@ def test_smoothness_counts_straight_movements():
 
 
 def test_side_exits_are_counted_apart():
-    with_exits = measure(build_reach_set(FREE, SMALL, method="chaotic", spread=4))
-    without = measure(build_reach_set(FREE, SMALL, method="chaotic", spread=4, side_exits=0))
+    with_exits = measure_coverage(build_reach_set(FREE, SMALL, method="chaotic", spread=4))
+    without = measure_coverage(
+        build_reach_set(FREE, SMALL, method="chaotic", spread=4, side_exits=0)
+    )
     assert with_exits.side_exits > 0
     assert without.side_exits == 0
     assert without.nodes == without.nodes_with_side_exits == with_exits.nodes
@@ -106,10 +114,10 @@ def test_leading_to_is_the_closure_of_parents():
 
 
 def test_comparison_on_a_small_grid():
-    result = compare(FIVE, SMALL)
+    result = compare_methods(FIVE, SMALL)
     assert result.full.counted
     assert result.full.standard_error == 0.0
-    built = measure(build_reach_set(FIVE, SMALL, method="full", side_exits=0))
+    built = measure_coverage(build_reach_set(FIVE, SMALL, method="full", side_exits=0))
     assert result.full.number == built.footprints
     assert result.reachable.number == built.cells_covered
     assert [row.contender for row in result.rows] == list(TABLE_6_1)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import measure
-from clearway.reach.estimate import estimate_footprints
-from clearway.reach.footprints import FootprintTree, count_full
-from clearway.reach.reachable import reachable_cells
+from clearway.reach.choose.coverage import measure_coverage
+from clearway.reach.compare.estimate import estimate_footprints
+from clearway.reach.compare.footprints import FootprintTree, count_full
+from clearway.reach.compare.reachable import reachable_cells
 from clearway.reach.sets import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -39,7 +39,7 @@ def test_nine_movements(layers, footprints):
 
 def test_a_set_that_never_gets_to_the_last_layer_is_measured():
     turns_only = replace(NINE, movements=tuple(m for m in NINE.movements if m.name == "Left"))
-    coverage = measure(build_reach_set(turns_only, AvoidanceGrid.uniform(), method="full"))
+    coverage = measure_coverage(build_reach_set(turns_only, AvoidanceGrid.uniform(), method="full"))
     assert (coverage.nodes, coverage.trajectories, coverage.footprints) == (0, 0, 0)
     assert coverage.side_exits > 0
     assert coverage.smoothness == 0.0
@@ -51,7 +51,7 @@ def test_counting_agrees_with_building():
     )
     for automaton in (FIVE, MovementAutomaton.plane(1.3, pitch_limit_deg=20.0, diagonals=False)):
         full = count_full(FootprintTree(automaton, grid))
-        built = measure(build_reach_set(automaton, grid, method="full", side_exits=0))
+        built = measure_coverage(build_reach_set(automaton, grid, method="full", side_exits=0))
         assert full.trajectories == built.trajectories
         assert full.footprints == built.footprints
         assert np.count_nonzero(full.cells) == built.cells_covered

@@ -11,7 +11,7 @@ import pytest
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import measure
+from clearway.reach.choose.coverage import measure_coverage
 from clearway.reach.sets import METHODS, build_reach_set
 from clearway.reach.tree import LAST_LAYER, SIDE
 from clearway.vehicle.automaton import Movement, MovementAutomaton
@@ -234,7 +234,9 @@ def test_level_flying_set_reaches_all_cells_that_can_be_reached():
 
 @pytest.mark.parametrize(("layers", "cells", "nodes"), [(10, 278, 330), (15, 453, 500)])
 def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
-    covered = measure(build_reach_set(FREE, AvoidanceGrid.uniform(layers, layers), method="cover"))
+    covered = measure_coverage(
+        build_reach_set(FREE, AvoidanceGrid.uniform(layers, layers), method="cover")
+    )
     assert covered.cells_covered == cells
     assert covered.nodes <= nodes
     assert covered.smoothness >= 0.4
@@ -242,7 +244,7 @@ def test_cover_reaches_every_cell_with_few_smooth_nodes(layers, cells, nodes):
 
 @pytest.mark.nightly
 def test_late_branches_make_many_footprints_of_few_nodes():
-    late = measure(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), method="late"))
+    late = measure_coverage(build_reach_set(FREE, AvoidanceGrid.uniform(15.0, 15), method="late"))
     assert late.footprints >= 1000
     assert late.nodes <= 2480
     assert late.cells_covered == 453
@@ -285,7 +287,7 @@ def test_movements_known_by_measurement_alone():
     """(4.14) is off by up to 3 cm a movement; the set reaches as many cells all the same."""
     table = PLANE.measured(4)
     measured = MovementAutomaton(PLANE.movements, PLANE.pitch_limit_rad, table=table)
-    coverage = measure(build_reach_set(measured, GRID, method="cover"))
+    coverage = measure_coverage(build_reach_set(measured, GRID, method="cover"))
     assert coverage.cells_covered == 278
     assert coverage.nodes <= 330
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.costs import Prices, curved_distance_to_go, length_and_prices
-from clearway.avoidance.goal import Goal, arrival
+from clearway.avoidance.plan.costs import Prices, curved_distance_to_go, length_and_prices
+from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.lattice import movements_deep
+from clearway.reach.expand.lattice import movements_deep
 from clearway.reach.sets import build_reach_set
 from clearway.reach.store import ReachLibrary
 from clearway.reach.tree import SIDE

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.reach.escapes import EscapeLibrary, names_of
-from clearway.reach.upwind import ways_in_wind
+from clearway.reach.escapes.library import EscapeLibrary, names_of
+from clearway.reach.escapes.upwind import ways_in_wind
 from clearway.vehicle.automaton import MovementAutomaton
 
 AUTOMATON = MovementAutomaton.plane()

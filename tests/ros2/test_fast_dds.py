@@ -14,9 +14,9 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.ros2.bus import SENSOR, USUAL
-from clearway.ros2.clouds import points_of
+from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import packed, unpacked
+from clearway.ros2.messages import pack_message, unpacked
 from clearway.ros2.told import path_message
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, cloud, odometry, until
@@ -70,7 +70,7 @@ def test_what_it_says_is_understood(fast_dds: Path, bus: DdsBus) -> None:
     told = {topic: [m.header.stamp.sec for m in ms] for topic, ms in by_topic.items()}
     assert told["/odom"] == told["/path"] == list(range(1, COUNT + 1)), "reliable"
     assert len(told["/points"]) >= COUNT // 2, "best effort"
-    points = points_of(by_topic["/points"][-1], "PointCloud2").points_m
+    points = read_cloud_points(by_topic["/points"][-1], "PointCloud2").points_m
     assert points.shape == (POINTS, 3)
     assert points[-1].tolist() == [POINTS - 1.0, 2.0, 3.0]
     odom = by_topic["/odom"][4]
@@ -88,10 +88,10 @@ def test_what_we_say_is_understood_by_it(fast_dds: Path, bus: DdsBus) -> None:
         time.sleep(1.0)
         points = np.random.default_rng(3).uniform(1.0, 9.0, (POINTS, 3))
         for number in range(1, COUNT + 1):
-            bus.publish("/points", packed(cloud(float(number), points)))
-            bus.publish("/odom", packed(odometry(float(number), (0.5, 0.0, 0.0))))
+            bus.publish("/points", pack_message(cloud(float(number), points)))
+            bus.publish("/odom", pack_message(odometry(float(number), (0.5, 0.0, 0.0))))
             ways = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-            bus.publish("/path", packed(path_message(ways, float(number), "map")))
+            bus.publish("/path", pack_message(path_message(ways, float(number), "map")))
             time.sleep(0.1)
         lines = [line.split() for line in listener.communicate(timeout=60)[0].splitlines()]
     told = {name: [line[1:] for line in lines if line[0] == name] for name in ("odom", "path")}

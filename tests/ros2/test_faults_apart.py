@@ -15,8 +15,8 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.ros2.bus import LATCHED, SENSOR, STATIC_TF, USUAL, Quality
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import packed, unpacked
-from clearway.ros2.told import stamp_of
+from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.told import make_stamp
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, cloud, odometry, transform, until
 from ros2_guard_bench import twist
@@ -52,7 +52,7 @@ class Side:
             self.bus.advertise(topic, kind, quality)
         self.bus.subscribe("/cmd_vel", TWIST, Quality(depth=100))
         self.bus.subscribe("/clearway/decision", "std_msgs/msg/String", LATCHED)
-        self.bus.publish("/tf_static", packed(transform("lidar", "base_link")))
+        self.bus.publish("/tf_static", pack_message(transform("lidar", "base_link")))
         shell = np.random.default_rng(1).normal(size=(400, 3))
         self.points = 6.0 * shell / np.linalg.norm(shell, axis=1)[:, None]
         self.commands: list[Any] = []
@@ -66,10 +66,10 @@ class Side:
         while time.monotonic() < until_s:
             now = time.time()
             if odom:
-                self.bus.publish("/odom", packed(odometry(now, speed=0.0)))
-                self.bus.publish("/points", packed(cloud(now, self.points)))
+                self.bus.publish("/odom", pack_message(odometry(now, speed=0.0)))
+                self.bus.publish("/points", pack_message(cloud(now, self.points)))
             if wish is not None:
-                self.bus.publish("/cmd_vel_in", packed(wish))
+                self.bus.publish("/cmd_vel_in", pack_message(wish))
             time.sleep(1.0 / rate_hz)
             self.take()
 
@@ -198,8 +198,8 @@ def test_time_that_jumps_is_said_and_ends_it(tmp_path: Path, side: Side) -> None
         assert side.is_answered(twist(0.1))
         for _ in range(8):
             late = odometry(0.0, speed=0.0)
-            late.header.stamp = stamp_of(time.time() - 500.0)
-            side.bus.publish("/odom", packed(late))
+            late.header.stamp = make_stamp(time.time() - 500.0)
+            side.bus.publish("/odom", pack_message(late))
             time.sleep(0.02)
         told = json.loads(one.communicate(timeout=30)[0])
     assert told["state"] == "autopilot restarted"

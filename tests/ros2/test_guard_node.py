@@ -12,9 +12,9 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.live.guard.wish import PathWish
-from clearway.ros2.messages import made, packed
+from clearway.ros2.messages import made, pack_message
 from clearway.ros2.parameters import Names, NodeParameters
-from clearway.ros2.setup import set_up_guard
+from clearway.ros2.setup import set_up_ros2_guard
 from clearway.ros2.told import header, point
 from ros2_for_tests import BEGAN_S, cloud
 from ros2_guard_bench import NOWHERE, GuardBench, stamped, twist
@@ -42,7 +42,7 @@ def test_what_is_safe_goes_out_as_it_came_and_in_every_other_form() -> None:
     outcome = bench.tick(1, wish, yaw=0.5 * math.pi)
     assert outcome.guarded is not None
     assert outcome.guarded.passed
-    assert outcome.wished == packed(wish)
+    assert outcome.wished == pack_message(wish)
     sent = bench.sent("/cmd_vel")[-1]
     assert (linear(sent), sent.angular.z) == ([0.0, 0.4, 0.0], 0.3)
     assert linear(bench.sent("/stamped")[-1].twist) == pytest.approx([-0.4, 0.0, 0.0])
@@ -215,4 +215,4 @@ def test_read_only_says_and_sends_nothing() -> None:
 def test_what_it_publishes_is_not_what_it_hears() -> None:
     given = NodeParameters.model_validate({"mission": "m.toml", "guard": {"topic": "cmd_vel"}})
     with pytest.raises(InputError, match="is what the guardian publishes"):
-        set_up_guard(given, Names(), lambda: pytest.fail("not opened"), lambda _: None)
+        set_up_ros2_guard(given, Names(), lambda: pytest.fail("not opened"), lambda _: None)

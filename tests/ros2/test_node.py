@@ -13,8 +13,8 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
-from clearway.ros2.clouds import points_of
-from clearway.ros2.messages import damages, made, packed, unpacked
+from clearway.ros2.clouds import read_cloud_points
+from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.parameters import Names, read_parameters
 from clearway.ros2.told import header, point
 from ros2_for_tests import (
@@ -241,7 +241,8 @@ def test_points_are_moved_to_the_stamp(bench: RosBench) -> None:
     bench.fly(4)
     seen = np.array([[5.0, 0.0, 0.0], [4.9, 0.0, 0.0]])
     maker = bench.link._clouds.maker(
-        "front", points_of(cloud(BEGAN_S, seen, later_s=[0.0, 0.1]), "PointCloud2"), BEGAN_S + 0.1,
+        "front", read_cloud_points(cloud(BEGAN_S, seen, later_s=[0.0, 0.1]), "PointCloud2"),
+        BEGAN_S + 0.1,
         deskew=True,
     )  # fmt: skip
     state = bench.session.system.situation(BEGAN_S + 0.3)[0].state
@@ -255,7 +256,9 @@ def test_clouds_of_any_layout(big_endian: bool, rows: int) -> None:
     points = np.arange(24.0).reshape(8, 3) + 1.0
     later = np.arange(8) * 0.01
     message = cloud(1.0, points, later_s=later, big_endian=big_endian, rows=rows)
-    found = points_of(unpacked(packed(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2")
+    found = read_cloud_points(
+        unpacked(pack_message(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2"
+    )
     assert found.points_m == pytest.approx(points)
     assert found.later_s == pytest.approx(later)
 
@@ -265,7 +268,7 @@ def test_laser_scans() -> None:
         "sensor_msgs/msg/LaserScan", angle_min=0.0, angle_increment=0.5 * math.pi,
         range_min=0.1, range_max=10.0, ranges=np.array([1.0, 2.0, np.inf, np.nan], np.float32),
     )  # fmt: skip
-    found = points_of(message, "LaserScan")
+    found = read_cloud_points(message, "LaserScan")
     assert found.points_m == pytest.approx(np.array([[1.0, 0, 0], [0, 2.0, 0]]), abs=1e-6)
 
 
@@ -273,13 +276,13 @@ def fuzzed(bench: RosBench, number: int, seed: int) -> None:
     """Messages that are cut, flipped or made up, between good ones: nothing but counts grow."""
     rng = np.random.default_rng(seed)
     good = {
-        "/odom": packed(odometry(BEGAN_S)),
-        "/points": packed(cloud(BEGAN_S, rng.normal(size=(20, 3)))),
-        "/tf": packed(transform("a", "b")),
-        "/tf_static": packed(transform("c", "b")),
-        "/adsb": packed(transponder()),
-        "/goal_pose": packed(made("geometry_msgs/msg/PoseStamped")),
-        "/path_in": packed(made("nav_msgs/msg/Path")),
+        "/odom": pack_message(odometry(BEGAN_S)),
+        "/points": pack_message(cloud(BEGAN_S, rng.normal(size=(20, 3)))),
+        "/tf": pack_message(transform("a", "b")),
+        "/tf_static": pack_message(transform("c", "b")),
+        "/adsb": pack_message(transponder()),
+        "/goal_pose": pack_message(made("geometry_msgs/msg/PoseStamped")),
+        "/path_in": pack_message(made("nav_msgs/msg/Path")),
     }
     topics = list(good)
     for count in range(number):

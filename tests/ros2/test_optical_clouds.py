@@ -13,8 +13,8 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from clearway.base.frames import world_from_body
 from clearway.io.poses.pose_track import quaternions_of
 from clearway.io.scans.optical import AHEAD_FROM_OPTICAL
-from clearway.ros2.clouds import points_of
-from clearway.ros2.messages import damages, made, packed, unpacked
+from clearway.ros2.clouds import read_cloud_points
+from clearway.ros2.messages import damages, made, pack_message, unpacked
 from ros2_for_tests import BEGAN_S, RosBench, cloud, odometry, transform
 
 CAMERA = "camera_depth_optical_frame"
@@ -116,7 +116,7 @@ def bench() -> RosBench:
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_broken_clouds_are_counted_and_the_next_one_is_used(bench: RosBench) -> None:
     rng = np.random.default_rng(5)
-    raw = packed(cloud(BEGAN_S, wall(), later_s=np.zeros(len(wall()))))
+    raw = pack_message(cloud(BEGAN_S, wall(), later_s=np.zeros(len(wall()))))
     bench.fly(1)
     for number in range(300):
         broken = bytearray(raw)
@@ -145,13 +145,15 @@ def test_laser_scans_of_any_bytes_are_points_or_malformed() -> None:
     rng, told = np.random.default_rng(6), made("sensor_msgs/msg/LaserScan")
     told.ranges = rng.normal(5.0, 3.0, 30).astype(np.float32)
     told.range_max, told.angle_increment = 10.0, 0.1
-    raw = packed(told)
+    raw = pack_message(told)
     for _ in range(500):
         broken = bytearray(raw)
         for at in rng.integers(0, len(raw), 2):
             broken[at] = rng.integers(256)
         try:
-            found = points_of(unpacked(bytes(broken), "sensor_msgs/msg/LaserScan"), "LaserScan")
+            found = read_cloud_points(
+                unpacked(bytes(broken), "sensor_msgs/msg/LaserScan"), "LaserScan"
+            )
         except damages():
             continue
         assert np.isfinite(found.points_m).all()

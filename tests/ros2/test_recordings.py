@@ -19,7 +19,7 @@ from clearway.missions.played_scene import play_scene
 from clearway.missions.scene_reading import scene_of
 from clearway.ros2.bag_bus import BagBus
 from clearway.ros2.bus import USUAL
-from clearway.ros2.messages import message_types, packed
+from clearway.ros2.messages import message_types, pack_message
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
 from clearway.studies.samples import SAMPLES
@@ -43,7 +43,7 @@ def recorded(folder: Path) -> list[tuple[str, bytes]]:
         now = 0.1 * tick
         told.append(("/points", now, cloud(BEGAN_S + now, [(5.0, 4.0, 0.0)])))
         told.append(("/odom", now + 0.001, odometry(BEGAN_S + now, (now, 0.0, 0.0))))
-    raws = [(topic, packed(message)) for topic, _, message in told]
+    raws = [(topic, pack_message(message)) for topic, _, message in told]
     with Writer(folder) as writer:
         by_topic = {
             topic: writer.add_connection(topic, kind, typestore=message_types())
@@ -147,7 +147,7 @@ def test_a_broken_page_of_a_recording_is_a_malformed_message(tmp_path: Path) -> 
     with Writer(tmp_path / "bag") as writer:
         points = writer.add_connection("/points", kind, typestore=message_types())
         for n, one in enumerate(clouds):
-            writer.write(points, round((BEGAN_S + n) * 1e9), packed(one))
+            writer.write(points, round((BEGAN_S + n) * 1e9), pack_message(one))
     file = next((tmp_path / "bag").glob("*.db3"))
     content = bytearray(file.read_bytes())
     at = content.index(clouds[2].data[12_000:12_024].tobytes())
@@ -160,7 +160,7 @@ def test_a_broken_page_of_a_recording_is_a_malformed_message(tmp_path: Path) -> 
         bus.wait(0.0)
         raws += [one.raw for one in bus.take()]
     bus.close()
-    assert raws == [packed(one) if n != 2 else b"" for n, one in enumerate(clouds)]
+    assert raws == [pack_message(one) if n != 2 else b"" for n, one in enumerate(clouds)]
 
 
 @pytest.mark.parametrize("command", [("ros2", "robot.yaml"), ("guard", "guarded.yaml")])

@@ -63,12 +63,12 @@ def test_clouds_arrive_whole_from_another_process() -> None:
 def test_latched_topics_reach_those_who_come_later() -> None:
     from clearway.ros2.bus import LATCHED
     from clearway.ros2.dds import DdsBus
-    from clearway.ros2.messages import made, packed, unpacked
+    from clearway.ros2.messages import made, pack_message, unpacked
 
     first, later = DdsBus(DOMAIN), DdsBus(DOMAIN)
     try:
         first.advertise("/said", "std_msgs/msg/String", LATCHED)
-        first.publish("/said", packed(made("std_msgs/msg/String", data="early")))
+        first.publish("/said", pack_message(made("std_msgs/msg/String", data="early")))
         later.subscribe("/said", "std_msgs/msg/String", LATCHED)
         came: list = []
         assert until(lambda: came.extend(later.take()) or came)

@@ -15,7 +15,7 @@ from clearway.base.frames import (
 )
 from clearway.base.grid import AvoidanceGrid
 from clearway.sensors import BeamPattern, estimate_pattern, named_pattern
-from clearway.sensors.binning import count_beams
+from clearway.sensors.beams.binning import count_beams
 
 
 def beams_by_grid(grid: AvoidanceGrid, directions: np.ndarray) -> np.ndarray:

@@ -7,13 +7,13 @@ import pytest
 
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, simulate_scan
-from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.seen_space import is_free
 from clearway.sensors.range_sensor import LidarSensor
-from clearway.sensors.seen_space import is_free
 from worlds_for_tests import GRID, mission, planner
 
 VOXEL_M, BLIND_M = 0.2, 1.0

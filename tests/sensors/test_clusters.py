@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from ball_world import BallWorld
 from clearway.base.state import State
 from clearway.sensors import Lidar, Scan, simulate_scan
-from clearway.sensors.clusters import cluster_returns
-from clearway.sensors.sightings import (
+from clearway.sensors.passing.clusters import cluster_returns
+from clearway.sensors.passing.sightings import (
     Sighting,
-    frame_of,
     is_passed,
+    place_beams,
     share_passed,
     sight_bodies,
 )
@@ -27,7 +27,7 @@ HERE = State(np.zeros(3))
 
 
 def sighted(scan: Scan, state: State = HERE, lidar: Lidar = LIDAR, **more: float) -> list[Sighting]:
-    frame = frame_of(lidar, scan, state, 3.0)
+    frame = place_beams(lidar, scan, state, 3.0)
     limits = {"gap_m": GAP, "largest_m": 2.4, "returns": 5} | more
     return sight_bodies(frame, lidar, scan, state, **limits)  # type: ignore[arg-type]
 
@@ -141,7 +141,7 @@ def test_a_ball_that_is_gone_is_passed_and_one_that_is_hidden_is_not() -> None:
         "hidden": BallWorld.of(((4.0, 0.0, 0.0), 0.6)),
     }
     passed = {
-        name: is_passed(frame_of(LIDAR, look(world), HERE, 3.0), place, 0.6)
+        name: is_passed(place_beams(LIDAR, look(world), HERE, 3.0), place, 0.6)
         for name, world in shown.items()
     }
     assert passed == {"gone": True, "there": False, "hidden": False}

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.base.grid import RANGE_TOLERANCE, AvoidanceGrid
-from clearway.sensors import coated_cells, thin_points
+from clearway.sensors import inflate_points, thin_points
 
 GRIDS = {
     "standard": AvoidanceGrid.uniform(),
@@ -51,7 +51,7 @@ def cell_distances(grid: AvoidanceGrid, point: np.ndarray) -> np.ndarray:
 def test_coating_is_what_the_distance_says(name, point, radius):
     grid = GRIDS[name]
     sampled = cell_distances(grid, np.array(point))
-    coated = coated_cells(grid, np.array([point]), radius)
+    coated = inflate_points(grid, np.array([point]), radius)
     assert np.all(coated[sampled <= radius])
     # Samples lie at most half a step diagonal from the cell's nearest point.
     step_m = max(
@@ -64,7 +64,7 @@ def test_coating_is_what_the_distance_says(name, point, radius):
 
 def test_ball_around_the_vehicle_coats_the_first_layers_all_round():
     grid = GRIDS["standard"]
-    coated = coated_cells(grid, np.zeros((1, 3)), 1.5).reshape(grid.shape)
+    coated = inflate_points(grid, np.zeros((1, 3)), 1.5).reshape(grid.shape)
     assert coated[:2].all()
     assert not coated[2:].any()
 
@@ -81,9 +81,9 @@ def test_several_points_coat_the_union(name, seed, count, largest_m):
     grid, rng = GRIDS[name], np.random.default_rng(seed)
     points = rng.normal(0.0, rng.choice([1.0, 5.0]), (count, 3))
     radii = rng.uniform(0.01, largest_m, count)
-    each = [coated_cells(grid, points[n : n + 1], radii[n]) for n in range(count)]
+    each = [inflate_points(grid, points[n : n + 1], radii[n]) for n in range(count)]
     order = rng.permutation(count)
-    together = coated_cells(grid, points[order], radii[order])
+    together = inflate_points(grid, points[order], radii[order])
     np.testing.assert_array_equal(together, np.any(each, axis=0))
 
 
@@ -101,7 +101,7 @@ def test_a_small_ball_coats_the_cell_that_it_lies_in(layers):
             middle[n] for middle, n in zip(middles, np.unravel_index(cell, grid.shape), strict=True)
         )
         point = r * np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
-        coated = coated_cells(grid, point[None], 1e-3 * grid.range_m / layers)
+        coated = inflate_points(grid, point[None], 1e-3 * grid.range_m / layers)
         assert np.flatnonzero(coated).tolist() == [cell]
 
 
@@ -111,12 +111,12 @@ def test_the_border_of_what_fits_a_number_is_one_like_any_other():
     radius, az, el = 0.52, -0.23, 0.07
     along = np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
     away = 62.0 + radius + RANGE_TOLERANCE * grid.range_m
-    coated = coated_cells(grid, away * along[None], radius)
+    coated = inflate_points(grid, away * along[None], radius)
     assert np.flatnonzero(coated).tolist() == [61, 62]
 
 
 def test_nothing_coats_nothing():
-    assert not coated_cells(GRIDS["standard"], np.zeros((0, 3)), 0.6).any()
+    assert not inflate_points(GRIDS["standard"], np.zeros((0, 3)), 0.6).any()
     points, radii = thin_points(np.zeros((0, 3)), np.zeros(0), 0.5)
     assert points.shape == (0, 3)
     assert radii.shape == (0,)

@@ -9,9 +9,9 @@ import pytest
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
-from clearway.sensors.free_space import FreeSpace
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.seen_space import is_place_free
 from clearway.sensors.range_sensor import LidarSensor
-from clearway.sensors.seen_space import is_place_free
 
 VOXEL_M, REACH_M = 0.25, 8.0
 LOW_M, HIGH_M = -2.0, 3.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from clearway.base.frames import world_from_body
-from clearway.sensors.beam_raster import beam_raster, nearest_returns
-from clearway.sensors.beams import BeamPattern
-from clearway.sensors.free_marking import (
+from clearway.sensors.beams.pattern import BeamPattern
+from clearway.sensors.beams.raster import beam_raster, nearest_returns
+from clearway.sensors.observed.free_marking import (
     COLUMNS,
     ROWS,
     WITHIN,
@@ -17,8 +17,8 @@ from clearway.sensors.free_marking import (
     field_of,
     mark,
 )
-from clearway.sensors.passing import Sensor
-from clearway.sensors.seen_space import WORD, packed
+from clearway.sensors.observed.seen_space import WORD, pack_voxels
+from clearway.sensors.passing.passed_points import Sensor
 
 VOXEL_M, SHORT_M = 0.3, 0.4
 
@@ -48,7 +48,7 @@ def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
     blind = float(rng.choice([0.0, 0.6]))
     sensor = Sensor(rotation, origin, origin, blind, 30.0, 0.0, 0.01, 0.0)
     nearest = nearest_returns(rng.normal(size=(40, 3)) * 2.0, raster)
-    free = packed(np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.bool_))
+    free = pack_voxels(np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.bool_))
     low = np.array([-COLUMNS // 2, -COLUMNS // 2, -ROWS // 2])
     mark(free, low, VOXEL_M, raster, field, nearest, sensor, reach, SHORT_M)
 

@@ -7,7 +7,7 @@ import pytest
 
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
-from clearway.sensors.free_space import SHAPE, FreeSpace
+from clearway.sensors.observed.free_space import SHAPE, FreeSpace
 from clearway.sensors.range_sensor import LidarSensor
 
 VOXEL_M, RANGE_M = 0.25, 15.0

@@ -7,8 +7,8 @@ import pytest
 
 from clearway.base.frames import FloatArray
 from clearway.sensors import Mounting, estimate_pattern
-from clearway.sensors.named_patterns import vlp16
-from clearway.sensors.own_airframe import own_airframe
+from clearway.sensors.beams.named_patterns import vlp16
+from clearway.sensors.beams.own_airframe import own_airframe
 
 LEG = np.array([[0.3, 0.2, -0.25], [0.3, -0.2, -0.25]])
 

@@ -12,12 +12,12 @@ import pytest
 import clearway as cw
 from clearway.base.errors import ClearwayError
 from clearway.sensors import simulate_scan
-from clearway.sensors.memory import PointMemory
+from clearway.sensors.memory.point_memory import PointMemory
 from clearway.sensors.range_sensor import (
     LidarSensor,
     RangeSensor,
     passed_by,
-    remembered_after,
+    remember_reading,
     returned_by,
 )
 from sensors_for_tests import WORLD, at, lidar
@@ -60,7 +60,7 @@ def remembered(sensor: RangeSensor, angle_rad: float) -> PointMemory:
     for second in range(3):
         state = at(float(second))
         scan = simulate_scan(lidar("a"), WORLD, state, second)
-        memory = remembered_after(memory, sensor, scan, state, angle_rad=angle_rad)
+        memory = remember_reading(memory, sensor, scan, state, angle_rad=angle_rad)
     return memory
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from clearway.base.compiled import read_only
 from clearway.base.grid import AvoidanceGrid
-from clearway.sensors.binning import OUTSIDE, cell_at_border, cell_tables
-from clearway.sensors.return_block import BEYOND, GROUND, KEPT, OUTSIDE_GRID, Filters
-from clearway.sensors.returns import bin_returns
+from clearway.sensors.beams.binning import OUTSIDE, cell_at_border, cell_tables
+from clearway.sensors.cells.return_block import BEYOND, GROUND, KEPT, OUTSIDE_GRID, Filters
+from clearway.sensors.cells.returns import bin_returns
 
 GRIDS = (
     AvoidanceGrid.uniform(),

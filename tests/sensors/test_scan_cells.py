@@ -8,10 +8,15 @@ from clearway.base.compiled import read_only
 from clearway.base.frames import world_from_body
 from clearway.base.grid import AvoidanceGrid
 from clearway.sensors import BeamPattern
-from clearway.sensors.binning import cell_tables, count_beams
-from clearway.sensors.return_block import Filters
-from clearway.sensors.returns import bin_returns
-from clearway.sensors.scan_cells import PlacedScan, detected_in, hindrance_of, share_of
+from clearway.sensors.beams.binning import cell_tables, count_beams
+from clearway.sensors.cells.return_block import Filters
+from clearway.sensors.cells.returns import bin_returns
+from clearway.sensors.cells.scan_cells import (
+    PlacedScan,
+    compute_hit_share,
+    detected_in,
+    hindrance_of,
+)
 
 GRID = AvoidanceGrid.uniform()
 PATTERN = BeamPattern.per_cell(GRID, 4, elevations_per_cell=3, max_range_m=12.0)
@@ -43,7 +48,7 @@ def test_a_scan_in_one_call_is_its_steps(seed: int, count: int, has_ground: bool
         binned.hits,
         binned.squared_ranges_m2,
         binned.counts,
-        share_of(binned.hits, beams),
+        compute_hit_share(binned.hits, beams),
         hindrance,
         visibility,
     )

@@ -15,10 +15,10 @@ from clearway.sensors import (
     combine_detections,
     detect,
     detection_of_cells,
-    remembered_after,
+    remember_reading,
     simulate_scan,
 )
-from clearway.sensors.memory import PointMemory, update_memory
+from clearway.sensors.memory.point_memory import PointMemory, update_memory
 from clearway.sensors.standing import COMBINE_RULES, conjunction, weighted
 from sensors_for_tests import GRID, WORLD, at, lidar
 
@@ -111,6 +111,6 @@ def test_a_lidar_answers_the_questions_of_a_range_sensor() -> None:
     assert sensor.passes(scan, state, places, wide, 0.1).tolist() == [True, False, False]
     # Memory by these answers is the memory of `update_memory`.
     empty = PointMemory.empty(0.12)
-    one = remembered_after(empty, sensor, scan, state)
+    one = remember_reading(empty, sensor, scan, state)
     other = update_memory(empty, sensor.lidar, scan, state)
     assert np.array_equal(one.position_m, other.position_m)

@@ -20,8 +20,8 @@ from clearway.sensors import (
     range_sensors,
     simulate_scan,
 )
+from clearway.sensors.several.trust import BELIEVED, DOUBTED, LOWERED
 from clearway.sensors.standing import COMBINE_RULES
-from clearway.sensors.trust import BELIEVED, DOUBTED, LOWERED
 from clearway.sim.lying_lidar import LyingLidar
 from repository import REPOSITORY
 from sensors_for_tests import GRID, WORLD, at, lidar

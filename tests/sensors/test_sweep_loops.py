@@ -5,18 +5,18 @@ import pytest
 
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar
-from clearway.sensors.beam_raster import beam_raster, bin_of, directions_of, nearest_returns
-from clearway.sensors.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
-from clearway.sensors.passing import (
+from clearway.sensors.beams.raster import beam_raster, directions_of, find_bin, nearest_returns
+from clearway.sensors.memory.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
+from clearway.sensors.memory.remembered import MOST_LEVELS, Pitch, level_at, merge_boxes
+from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
+from clearway.sensors.passing.passed_points import (
     REACH_OF_BEAM,
     goes_on,
     in_sensor,
     place_returns,
     sensor_at,
 )
-from clearway.sensors.remembered import MOST_LEVELS, Pitch, level_at, together
-from clearway.sensors.swept_boxes import boxes_of_returns, seen_again
-from clearway.sensors.width import ALIKE, Widths, _note_sizes, returns_with_size
+from clearway.sensors.passing.width import ALIKE, Widths, _note_sizes, returns_with_size
 
 PATTERN = BeamPattern.rotating(np.linspace(-30.0, 30.0, 21), 3.0, max_range_m=30.0)
 LIDAR = Lidar("all round", PATTERN, sigma_m=0.02)
@@ -41,7 +41,7 @@ def bins_one_by_one(points):
         distance = np.sqrt(x * x + y * y + z * z)
         column = row = -1
         if distance < np.inf:
-            column, row = bin_of(
+            column, row = find_bin(
                 x,
                 y,
                 z / (distance + 1e-300),
@@ -66,7 +66,7 @@ def test_bins_of_all_returns_are_those_of_each():
 
 
 def sizes_one_by_one(points, nearest):
-    """How thick what each return hit is, as the docstrings of `sensors.width` have it."""
+    """How thick what each return hit is, as the docstrings of `sensors.passing.width` have it."""
     columns, rows = nearest.shape
 
     def in_block(c, r):
@@ -160,7 +160,7 @@ def test_what_is_hit_again_holds_the_old_box_whatever_was_doubted():
         same = np.all(np.floor(new.low_m / 0.12) == np.floor(old.low_m[n] / 0.12), axis=1)
         assert number == (np.flatnonzero(same)[0] if same.any() else -1)
     doubt = np.where(np.arange(len(again)) % 3 == 0, 1.0, 0.25)
-    both, kept = together(old, doubt, new, again)
+    both, kept = merge_boxes(old, doubt, new, again)
     assert kept == np.count_nonzero((again < 0) & (doubt < 1.0))
     assert np.array_equal(both.low_m[:kept], old.low_m[(again < 0) & (doubt < 1.0)])
     seen_twice = np.zeros(len(new.doubt), dtype=bool)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.sensors.remembered import BETWEEN, Boxes
-from clearway.sensors.remembered import Pitch as VoxelPitch
-from clearway.sensors.swept_boxes import boxes_of_returns
-from clearway.sensors.wire_gaps import filled_between
-from clearway.sensors.wires import MOST_NEIGHBOURS, _by_cell, _neighbours, join_lines
+from clearway.sensors.memory.remembered import BETWEEN, Boxes
+from clearway.sensors.memory.remembered import Pitch as VoxelPitch
+from clearway.sensors.memory.swept_boxes import boxes_of_returns
+from clearway.sensors.memory.wire_gaps import filled_between
+from clearway.sensors.memory.wires import MOST_NEIGHBOURS, _by_cell, _neighbours, join_lines
 
 VOXEL_M, NOW_S = 0.12, 7.0
 

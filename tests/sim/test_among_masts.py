@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearway.avoidance.costs import Prices
+from clearway.avoidance.plan.costs import Prices
 from clearway.base.errors import InputError
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile

@@ -12,7 +12,7 @@ from clearway.missions.world_file import read_mission
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY, PLANNERS, BaselinePilot, Manoeuvre, pilot_named
 from clearway.sim.pilot import Steering
-from clearway.sim.worlds import FAMILIES, made_world
+from clearway.sim.worlds import WORLD_FAMILIES, made_world
 
 
 @cache
@@ -124,7 +124,7 @@ def test_an_unknown_planner_says_which_there_are():
         pilot_named("best", setup().system(), setup().craft)
 
 
-@pytest.mark.parametrize("family", sorted(FAMILIES))
+@pytest.mark.parametrize("family", sorted(WORLD_FAMILIES))
 def test_made_worlds_come_from_their_seed_and_leave_room_at_both_ends(family):
     worlds = [made_world(family, seed) for seed in (0, 0, 1)]
     shapes = [world.shapes.center_m for world, _ in worlds]

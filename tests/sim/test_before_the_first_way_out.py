@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.chosen import Basis
 from clearway.studies.campaigns.families import make_case
 
 SEEDS = (4, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(10, 30)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from clearway.avoidance.costs import Prices
+from clearway.avoidance.plan.costs import Prices
 from clearway.sim.closed_loop import Run
 from clearway.studies.campaigns.families import make_case
 from clearway.studies.campaigns.file import read_campaign

@@ -13,12 +13,13 @@ import numpy.typing as npt
 import pytest
 
 from adversary import AdversaryWorld, least_distance_m
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
-from clearway.live.preflight import escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
 from clearway.sim import SimulationSettings, simulate

@@ -12,26 +12,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.automaton_file import automaton_file, read_automaton, write_automaton
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
 from clearway.sim.plants import PLANTS
 from clearway.sim.plants.measuring import (
     MeasuredPlant,
     MeasureSettings,
-    measure,
+    fit_tube,
+    measure_plant,
     round_of_pairs,
-    tube_of,
 )
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
@@ -67,7 +68,7 @@ def kind() -> PlantKind:
 
 @pytest.fixture(scope="module")
 def measured(kind: PlantKind) -> MeasuredPlant:
-    return measure(kind, ASKED, SETTINGS)
+    return measure_plant(kind, ASKED, SETTINGS)
 
 
 @given(st.integers(1, 9), st.integers(0, 5))
@@ -98,13 +99,13 @@ def test_the_tube_holds_the_pair_that_strays_most_also_where_it_is_flown_over_an
     rng = np.random.default_rng(5)
     near, far = rng.normal(0.0, 0.02, 990), rng.normal(0.0, 0.1, 10)
     first, second = np.abs(np.concatenate([near, far])), np.full(1000, 0.4)
-    tube_m = tube_of([first, second], worst_m=0.1)
+    tube_m = fit_tube([first, second], worst_m=0.1)
     worst = np.abs(rng.normal(0.0, 0.1, 10_000))
     assert (worst <= tube_m[0]).mean() >= 0.985
-    assert tube_m[1] / tube_m[0] == pytest.approx(0.4 / tube_of([first], 0.0)[0])
+    assert tube_m[1] / tube_m[0] == pytest.approx(0.4 / fit_tube([first], 0.0)[0])
     # Where no pair strays more than the others, errors alone say how wide it is.
-    assert tube_of([first, second], worst_m=0.01) == (np.sort(first)[-1], 0.4)
-    assert tube_of([np.zeros(9)], worst_m=0.0) == (0.0,)
+    assert fit_tube([first, second], worst_m=0.01) == (np.sort(first)[-1], 0.4)
+    assert fit_tube([np.zeros(9)], worst_m=0.0) == (0.0,)
 
 
 def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: MeasuredPlant):
@@ -184,7 +185,7 @@ def test_ways_out_keep_clear_by_the_tube(measured: MeasuredPlant):
         state = sure.after(State(np.zeros(3)), "Hold")
         situation = Situation(state, target_m=np.array([50.0, 0, 0]), obstacle_map=beside)
         assert planner.escapes is not None
-        near = in_reach(planner, situation)
+        near = gather_in_reach(planner, situation)
         return WaysOut(planner, planner.escapes, situation, near).now() is not None
 
     assert margin_of_hold((0.01,) * 8)
@@ -263,7 +264,7 @@ def test_flights_held_out_are_predicted_as_well_as_asked_for(
         pytest.importorskip("jsbsim")
     kind = PLANTS.named(name)
     assert kind.movements is not None
-    found = measure(kind, kind.movements(), MeasureSettings(4, 2, gusts_mps=gusts_mps))
+    found = measure_plant(kind, kind.movements(), MeasureSettings(4, 2, gusts_mps=gusts_mps))
     assert np.quantile(found.error_m[movements - 1], 0.95) <= most_m
     table = found.automaton.pairs
     assert table is not None

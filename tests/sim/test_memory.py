@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from clearway.avoidance.past import VOXELS_IN_RANGE, past
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
-from clearway.live.readings import DataLimits
-from clearway.live.reports import MOST_UNASKED, reports_for
+from clearway.live.inputs.reports import MOST_UNASKED, reports_for
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import read_mission
 from clearway.sensors import Scan
@@ -147,7 +147,7 @@ def test_a_system_holds_no_more_after_many_decisions_than_after_few() -> None:
 
 @pytest.mark.parametrize("tracker", [None, TrackerSettings()])
 def test_reports_that_nobody_asks_for_fill_no_memory(tracker: TrackerSettings | None) -> None:
-    reports = reports_for(tracker, DataLimits().intruder_s, 1.0, "")
+    reports = reports_for(AvoidanceSettings(tracker=tracker), 1.0)
     sizes = []
     for number in range(3 * MOST_UNASKED):
         place, name = np.array([30.0 + number % 7, 0.0, 0.0]), f"{number:06x}"

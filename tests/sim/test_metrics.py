@@ -5,7 +5,7 @@ import pytest
 
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sim.metrics import distance_to_polyline, episodes, measure, straight_distances
+from clearway.sim.metrics import distance_to_polyline, episodes, measure_flight, straight_distances
 
 
 def circle(radius, step_s=0.05):
@@ -20,7 +20,7 @@ def circle(radius, step_s=0.05):
 def test_a_circle_has_its_length_distance_and_effort():
     time_s, states = circle(4.0)
     world = ObstacleMap([Obstacle.ball([0, 0, 0], 1.0)])
-    metrics = measure(time_s, states, world, np.array([[4.0, 0, 0], [4.0, 1.0, 0]]), 0.6)
+    metrics = measure_flight(time_s, states, world, np.array([[4.0, 0, 0], [4.0, 1.0, 0]]), 0.6)
     assert metrics.path_length_m == pytest.approx(2 * np.pi * 4.0, rel=5e-3)
     # Between samples the track is taken for straight: chords of 0.05 m cut 8e-5 m off the circle.
     np.testing.assert_allclose(metrics.obstacle_distance_m, 3.0, atol=1e-4)
@@ -37,7 +37,7 @@ def test_violations_are_counted_in_episodes():
     states = np.zeros((len(time_s), 6))
     states[:, 0] = time_s
     world = ObstacleMap([Obstacle.ball([x, 1.5, 0], 1.0) for x in (5.0, 15.0)])
-    metrics = measure(time_s, states, world, np.array([[0.0, 0, 0], [20.0, 0, 0]]), 0.6)
+    metrics = measure_flight(time_s, states, world, np.array([[0.0, 0, 0], [20.0, 0, 0]]), 0.6)
     assert metrics.margin_violations == 2
     assert metrics.min_obstacle_distance_m == pytest.approx(0.5, abs=1e-3)
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from clearway.avoidance.verify import path_clearance
+from clearway.avoidance.clear.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.toml import parse_model
@@ -19,7 +19,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.scripted import ScriptedIntruder, Traffic
-from clearway.sim.worlds import FAMILIES
+from clearway.sim.worlds import WORLD_FAMILIES
 from worlds_for_tests import LIDAR, mission
 
 MARGIN_M, RADIUS_M = 0.6, 0.6
@@ -66,7 +66,8 @@ def known(run: Run) -> set[str]:
 
 
 def test_without_following_nobody_knows_of_the_silent_one() -> None:
-    run = replace(setup(), follow_movers=False).fly()
+    there = setup()
+    run = replace(there, planner=there.planner.changed(follow_movers=False)).fly()
     assert known(run)
     assert known(run) < known(flown(0))
 
@@ -186,6 +187,6 @@ def test_silent_traffic_reports_nothing_and_is_seen_where_it_was() -> None:
 
 
 def test_no_made_up_world_takes_the_name_of_a_mission() -> None:
-    assert not set(FAMILIES) & set(built_in_missions())
+    assert not set(WORLD_FAMILIES) & set(built_in_missions())
     for name in built_in_missions():
         assert read_mission(name).effective() == read_mission_file(name).effective()

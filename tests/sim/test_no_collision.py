@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from adversary import AdversaryWorld, least_distance_m
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem

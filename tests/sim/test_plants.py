@@ -16,7 +16,7 @@ from clearway.missions.setup import prepare
 from clearway.sim.plants import PLANTS, Air
 from clearway.sim.plants.air import GustScales
 from clearway.sim.plants.movements import quadrotor_movements
-from clearway.sim.plants.quadrotor import SIDES, Airframe, derivative, stepped
+from clearway.sim.plants.quadrotor import ROTOR_SIDES, Airframe, derivative, step_quadrotor
 from clearway.vehicle.automaton import MovementAutomaton
 from repository import REPOSITORY
 
@@ -43,7 +43,7 @@ def test_forces_and_moments_of_the_quadrotor_are_those_of_rotorpy(moving, rotors
     moving = np.array(moving)
     moving[3:7] /= np.linalg.norm(moving[3:7])
     x = np.concatenate([np.zeros(3), moving])
-    found = derivative(x, np.array(rotors), np.array(wind), SIDES, Airframe())
+    found = derivative(x, np.array(rotors), np.array(wind), ROTOR_SIDES, Airframe())
     np.testing.assert_allclose(found[[3, 4, 5, 10, 11, 12]], expected, atol=1e-5)
 
 
@@ -52,9 +52,9 @@ def test_a_quadrotor_without_drag_falls_and_its_motors_lag_as_closed_forms_say()
     x, rotors, asked = np.zeros(13), np.zeros(4), np.zeros(4)
     x[6] = 1.0
     for _ in range(500):
-        x, rotors = stepped(x, rotors, asked, np.zeros(3), SIDES, bare, 0.002)
+        x, rotors = step_quadrotor(x, rotors, asked, np.zeros(3), ROTOR_SIDES, bare, 0.002)
     np.testing.assert_allclose(x[:6], [0, 0, -0.5 * 9.81, 0, 0, -9.81], atol=1e-9)
-    _, rotors = stepped(x, rotors, np.full(4, 2000.0), np.zeros(3), SIDES, bare, 0.005)
+    _, rotors = step_quadrotor(x, rotors, np.full(4, 2000.0), np.zeros(3), ROTOR_SIDES, bare, 0.005)
     np.testing.assert_allclose(rotors, 1500.0 * (1.0 - np.exp(-1.0)))  # No faster than it can.
 
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from tools.sight import goes_on, leads_on
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out_terms import terms_of
+from clearway.avoidance.escape.terms import make_escape_terms
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.escapes import EscapeLibrary
+from clearway.reach.escapes.library import EscapeLibrary
 from worlds_for_tests import planner
 
 
@@ -21,9 +21,9 @@ def found(walls: list[Obstacle], cell_m: float = 0.3, most: int = 40_000) -> tup
     who = planner(escape="known")
     charted = ObstacleMap(walls)
     situation = Situation(State(np.zeros(3)), np.array([50.0, 0.0, 0.0]), obstacle_map=charted)
-    near = in_reach(who, situation, 40.0, who.horizon_s)
+    near = gather_in_reach(who, situation, 40.0, who.horizon_s)
     library = EscapeLibrary.of(who.automaton)
-    terms = terms_of(who, library, situation, near)
+    terms = make_escape_terms(who, library, situation, near)
     to, whole = leads_on(np.zeros(4), 0, 0.0, library.legs, terms, cell_m, most)
     return goes_on(to), whole
 

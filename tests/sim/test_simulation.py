@@ -109,7 +109,8 @@ def test_an_uncertain_position_widens_the_margin():
 
 
 def test_a_scale_fifteen_times_as_large_changes_nothing_but_the_scale():
-    from clearway.avoidance.planner import AvoidanceSettings, Planner
+    from clearway.avoidance.plan.planner import Planner
+    from clearway.avoidance.plan.settings import AvoidanceSettings
     from clearway.base.grid import AvoidanceGrid
     from clearway.base.state import State
     from clearway.live.mission import Mission

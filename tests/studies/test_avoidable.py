@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import ClearwayError
-from clearway.studies.encounters.avoidable import Opponent, search
+from clearway.studies.encounters.avoidable import Opponent, search_avoidance
 from clearway.studies.encounters.encounter import EncounterSettings, random_encounter
 from clearway.studies.encounters.flights import is_avoidable
 from clearway.vehicle.automaton import MovementAutomaton
@@ -15,7 +15,7 @@ KEEP = 1.2
 
 def avoidable(position, velocity, acceleration=0.0):
     opponent = Opponent(np.array(position, float), np.array(velocity, float), acceleration)
-    return search(PLANE, opponent, KEEP)
+    return search_avoidance(PLANE, opponent, KEEP)
 
 
 @pytest.mark.nightly
@@ -39,7 +39,7 @@ def test_one_that_flies_alongside_needs_no_more_than_straight_flight():
 @pytest.mark.parametrize("seed", range(20))
 def test_what_the_search_finds_keeps_the_distance_when_flown(seed):
     met = random_encounter(seed, EncounterSettings(4.0))
-    verdict = search(PLANE, Opponent(met.position_m, met.velocity_mps, 0.0), KEEP)
+    verdict = search_avoidance(PLANE, Opponent(met.position_m, met.velocity_mps, 0.0), KEEP)
     assert verdict.avoidable == is_avoidable(met)
     if verdict.avoidable:
         track = PLANE.rollout(np.zeros(6), (*verdict.movements, *["Straight"] * 30))
@@ -72,8 +72,8 @@ def any_way_by_brute_force(met, deep=4):
 
 def test_a_search_that_ends_undecided_says_so():
     near = Opponent(np.array([6.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), 0.0)
-    assert search(PLANE, near, KEEP).for_good
-    undecided = search(PLANE, near, KEEP, most_movements=1)
+    assert search_avoidance(PLANE, near, KEEP).for_good
+    undecided = search_avoidance(PLANE, near, KEEP, most_movements=1)
     assert undecided.avoidable
     assert not undecided.for_good
 
@@ -81,4 +81,4 @@ def test_a_search_that_ends_undecided_says_so():
 def test_an_automaton_that_never_flies_straight_is_refused():
     turning = MovementAutomaton(tuple(m for m in PLANE.movements if m.turn_rate_rps))
     with pytest.raises(ClearwayError, match="straight"):
-        search(turning, Opponent(np.zeros(3), np.zeros(3), 0.0), KEEP)
+        search_avoidance(turning, Opponent(np.zeros(3), np.zeros(3), 0.0), KEEP)

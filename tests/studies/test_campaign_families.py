@@ -13,17 +13,17 @@ import pytest
 from campaign_for_tests import SMALL
 from clearway.base.errors import InputError
 from clearway.base.frames import world_from_body
-from clearway.cli.campaign_table import print_tables
+from clearway.cli.campaign_table import print_campaign
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
-from clearway.studies.campaigns.engines import in_processes
-from clearway.studies.campaigns.families import FAMILIES, make_case
+from clearway.studies.campaigns.engines import make_process_engine
+from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES, make_case
 from clearway.studies.campaigns.file import built_in_campaigns, read_campaign
 from clearway.studies.campaigns.results import read_results
 from clearway.studies.campaigns.run import absent, run_campaign
 from clearway.studies.campaigns.task import tasks_of
 from clearway.studies.encounter_model import made_up_model
 from clearway.studies.encounters.flights import RADIUS_M
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.settings import NEAR_COLLISION, RiskSettings
 from in_process import clearway
 from repository import REPOSITORY
@@ -92,7 +92,7 @@ def test_changes_of_a_campaign_are_made_in_all_families_which_may_say_otherwise(
 def test_a_sampled_intruder_flies_the_track_that_the_model_gives() -> None:
     case = make_case("sampled", 5, {}, {}, Path())
     run = case.setup.fly_with("straight")
-    drawn = draw_encounter(made_up_model(), 5, RiskSettings())
+    drawn = sample_encounter(made_up_model(), 5, RiskSettings())
     time_s, *place = run.intruder_tracks["intruder"].T
     true = drawn.at_all(time_s) * [1.0, 1.0, RiskSettings().stretch]
     assert pytest.approx(true, abs=1.0) == np.array(place).T
@@ -115,12 +115,12 @@ def test_absent_data_are_skipped_with_a_reason(
         '[[family]]\nfamily = "place"\nlabel = "gone"\nparameters = { mission = "gone.toml" }\n'
         '[[family]]\nfamily = "head-on"\n'
     )
-    flown = run_campaign(read_campaign(str(file)), tmp_path / "out", in_processes(1))
+    flown = run_campaign(read_campaign(str(file)), tmp_path / "out", make_process_engine(1))
     assert [row.label for row in flown.rows] == ["head-on"]
     assert "survey.laz" in flown.skipped["place"]
     assert "gone.toml" in flown.skipped["gone"]
     rows, settings = read_results(tmp_path / "out" / "results.parquet")
-    print_tables(rows, settings, json.loads(settings["skipped"]))
+    print_campaign(rows, settings, json.loads(settings["skipped"]))
     assert "skipped place: place.toml needs survey.laz" in capsys.readouterr().out
 
 
@@ -190,7 +190,7 @@ def test_the_standard_campaign_has_thirty_seeds_of_all_that_is_drawn_at_random()
 
 def test_the_page_names_every_family_and_its_parameters() -> None:
     page = (DOCS / "campaign.md").read_text()
-    for name, family in FAMILIES.items():
+    for name, family in CAMPAIGN_FAMILIES.items():
         assert f"`{name}`" in page
         for parameter in family.parameters.model_fields:
             assert f"`{parameter}`" in page
@@ -220,7 +220,7 @@ def test_bad_campaign_files_say_where_and_what_is_valid(
     path = tmp_path / "bad.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(said)):
-        run_campaign(read_campaign(str(path)), tmp_path / "out", in_processes(1))
+        run_campaign(read_campaign(str(path)), tmp_path / "out", make_process_engine(1))
     assert not (tmp_path / "out").exists()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.studies.campaigns.engines import in_processes
+from clearway.studies.campaigns.engines import make_process_engine
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.pages import full_form, short_form
 from clearway.studies.campaigns.run import run_campaign
@@ -32,7 +32,7 @@ def test_a_variant_flies_with_settings_of_its_own_and_is_a_column(tmp_path: Path
     file, out = tmp_path / "varied.toml", tmp_path / "out"
     file.write_text(VARIED)
     campaign = read_campaign(str(file))
-    rows = run_campaign(campaign, out, in_processes(1)).rows
+    rows = run_campaign(campaign, out, make_process_engine(1)).rows
     assert [row.planner for row in rows] == ["clearway", "bolder", "straight"]
     plain, bolder, straight = rows
     assert (plain.escape, bolder.escape) == ("strict", "known")
@@ -43,12 +43,12 @@ def test_a_variant_flies_with_settings_of_its_own_and_is_a_column(tmp_path: Path
     for form in (short_form, full_form):
         assert told in form(rows, {"campaign": "varied", "version": "0"}, {})
     # It is flown again by its key, and what was flown is kept.
-    again = run_campaign(campaign, out, in_processes(1))
+    again = run_campaign(campaign, out, make_process_engine(1))
     assert (again.flown_now, len(again.rows)) == (0, 3)
     assert "--replay forest/bolder/0" in bolder.replay
     file.write_text(VARIED.replace('"known"', '"off"'))
     with pytest.raises(InputError, match="other settings of forest"):
-        run_campaign(read_campaign(str(file)), out, in_processes(1))
+        run_campaign(read_campaign(str(file)), out, make_process_engine(1))
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,9 @@ from campaign_for_tests import SMALL
 from clearway.base.errors import InputError
 from clearway.base.intervals import Interval, bootstrap_mean
 from clearway.cli.campaign_replay import replay_flight
-from clearway.cli.campaign_table import as_values
+from clearway.cli.campaign_table import summarize_campaign
 from clearway.studies import campaigns
-from clearway.studies.campaigns.engines import in_processes, on_cluster
+from clearway.studies.campaigns.engines import make_process_engine, on_cluster
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.journal import open_journal
 from clearway.studies.campaigns.pages import full_form, mean_in_words, short_form, write_pages
@@ -52,7 +52,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def uninterrupted(small: Path) -> list[FlightRow]:
     """Its rows, flown in one go in this process."""
     out = small.parent / "whole"
-    run_campaign(read_campaign(str(small)), out, in_processes(1))
+    run_campaign(read_campaign(str(small)), out, make_process_engine(1))
     rows, _ = read_results(out / "results.parquet")
     assert len(rows) == FLIGHTS
     return rows
@@ -120,7 +120,7 @@ def test_killed_again_and_again_nothing_is_lost_and_nothing_is_double(
         assert lines_of(journal) > known
     assert not (out / "results.parquet").exists()
     known = lines_of(journal) - 1
-    flown = run_campaign(read_campaign(str(small)), out, in_processes(1))
+    flown = run_campaign(read_campaign(str(small)), out, make_process_engine(1))
     assert FLIGHTS - known <= flown.flown_now <= FLIGHTS - known + 1
     rows, _ = read_results(out / "results.parquet")
     assert same(rows, uninterrupted)
@@ -167,14 +167,14 @@ def test_changed_settings_are_told_from_the_same_in_other_words(
     same_file, other_file = tmp_path / "same.toml", tmp_path / "other.toml"
     same_file.write_text("# Another comment.\n" + SMALL.replace("seeds = 4", "seeds   =  4"))
     other_file.write_text(SMALL.replace("dropout = 0.5", "dropout = 0.4"))
-    flown = run_campaign(read_campaign(str(same_file)), tmp_path, in_processes(1))
+    flown = run_campaign(read_campaign(str(same_file)), tmp_path, make_process_engine(1))
     assert flown.flown_now == 0
     assert same(list(flown.rows), uninterrupted)
     with pytest.raises(InputError, match="other settings of balls-60"):
-        run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
+        run_campaign(read_campaign(str(other_file)), tmp_path, make_process_engine(1))
     other_file.write_text(SMALL.replace('name = "small"', 'name = "large"'))
     with pytest.raises(InputError, match="campaign 'small' there, 'large' now"):
-        run_campaign(read_campaign(str(other_file)), tmp_path, in_processes(1))
+        run_campaign(read_campaign(str(other_file)), tmp_path, make_process_engine(1))
 
 
 @pytest.mark.nightly
@@ -187,9 +187,11 @@ def test_more_seeds_and_planners_leave_what_was_flown(
         "seeds = 4", "seeds = 1"
     )
     (tmp_path / "fewer.toml").write_text(fewer)
-    flown = run_campaign(read_campaign(str(tmp_path / "fewer.toml")), tmp_path, in_processes(1))
+    flown = run_campaign(
+        read_campaign(str(tmp_path / "fewer.toml")), tmp_path, make_process_engine(1)
+    )
     assert flown.flown_now == 2 * 2 + 2
-    flown = run_campaign(read_campaign(str(small)), tmp_path, in_processes(1))
+    flown = run_campaign(read_campaign(str(small)), tmp_path, make_process_engine(1))
     assert flown.flown_now == FLIGHTS - 6
     differs = {"replay"}
     assert [
@@ -199,15 +201,17 @@ def test_more_seeds_and_planners_leave_what_was_flown(
         {name: value for name, value in without_timings(row).items() if name not in differs}
         for row in uninterrupted
     ]
-    again = run_campaign(read_campaign(str(tmp_path / "fewer.toml")), tmp_path, in_processes(1))
+    again = run_campaign(
+        read_campaign(str(tmp_path / "fewer.toml")), tmp_path, make_process_engine(1)
+    )
     assert (again.flown_now, len(again.rows)) == (0, FLIGHTS)
 
 
 def test_part_of_a_campaign_can_be_flown_first(small: Path, tmp_path: Path) -> None:
     campaign = read_campaign(str(small))
-    first = run_campaign(campaign, tmp_path, in_processes(1), "several/straight/[01]")
+    first = run_campaign(campaign, tmp_path, make_process_engine(1), "several/straight/[01]")
     assert [row.key for row in first.rows] == ["several/straight/0", "several/straight/1"]
-    second = run_campaign(campaign, tmp_path, in_processes(1), "several/*/0")
+    second = run_campaign(campaign, tmp_path, make_process_engine(1), "several/*/0")
     assert second.flown_now == 2
     assert [row.key for row in second.rows] == [
         "several/clearway/0",
@@ -277,7 +281,7 @@ def test_a_row_is_flown_again_with_pictures_and_ends_the_same(
 def test_a_planner_that_raises_is_a_flight_that_failed(
     small: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def falls(*_: object) -> None:
+    def falls(*_: object, **_named: object) -> None:
         raise ZeroDivisionError("over zero")
 
     monkeypatch.setattr("clearway.missions.setup.simulate", falls)
@@ -348,7 +352,7 @@ def test_who_cannot_know_is_neither_beaten_nor_a_failure(uninterrupted: list[Fli
     assert [row.planner for row in failures(rows)] == ["first"]
     assert all(set(each.others) == {"third"} for each in seconds(rows))
     settings = {"campaign": "c", "version": "v"}
-    told = {each["planner"]: each for each in as_values(rows, settings, {})["table"]}
+    told = {each["planner"]: each for each in summarize_campaign(rows, settings, {})["table"]}
     assert told["first"]["crashed"]["flights"] == 1
     assert (told["blind"]["crashed"], told["blind"]["safe"]) == (None, None)
     assert told["blind"]["time_s"]["mean"] == told["first"]["time_s"]["mean"]

@@ -13,7 +13,7 @@ from clearway.studies.encounter_model import EncounterModel, made_up_model
 from clearway.studies.encounter_model.model_file import parse_encounter_model
 from clearway.studies.risk.candidates import entered, taken, wanted
 from clearway.studies.risk.cylinder import Cylinder
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
 
@@ -65,7 +65,7 @@ def rates(model: EncounterModel, count: int, kind: RiskSettings) -> dict[str, tu
     second, with their standard errors."""
     weights, flags = np.zeros(count), np.zeros((count, 2))
     for number in range(count):
-        encounter = draw_encounter(model, number, kind)
+        encounter = sample_encounter(model, number, kind)
         came = separation_of(encounter, STRAIGHT, kind)[0]
         weights[number], flags[number] = encounter.weight, (
             came.near_collision, came.lost_well_clear,

@@ -194,7 +194,7 @@ def test_a_mission_with_noisy_reports_is_flown_through_the_tracker():
         "tracker": True,
     }
     setup = prepare(parse_model("test", tables, MissionFile))
-    assert setup.tracker is not None
+    assert setup.planner.settings.tracker is not None
     run = setup.fly()
     assert run.safe
     first = run.decisions[-1].flight.decision.intruders

@@ -11,11 +11,11 @@ import pytest
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
 from clearway.studies.encounter_model import made_up_model
-from clearway.studies.risk.encounter import ModelEncounter, draw_encounter
+from clearway.studies.risk.encounter import ModelEncounter, sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation, separation_of
-from clearway.studies.risk.long_flight import fly_long, performance_of
+from clearway.studies.risk.long_flight import choose_performance, fly_long
 from clearway.studies.risk.long_planners import LONG_PLANNERS, Steer
-from clearway.studies.risk.ratios import by_layer, effective_number, weights_of, worst_cases
+from clearway.studies.risk.ratios import by_layer, effective_number, weigh_encounters, worst_cases
 from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import study
 from clearway.studies.risk.summary import replay_command, summary
@@ -44,7 +44,7 @@ def test_turns_and_climbs_take_their_time() -> None:
     near = met([500.0, 0.0, 2000.0], [0.0, 0.0, 0.0], 60.0)
     kind = replace(KIND, surveillance="perfect")
     flown = fly_long(near, steady(np.pi / 2, 5.0), kind)
-    able = performance_of(kind)
+    able = choose_performance(kind)
     moved = np.diff(flown.own_m, axis=0) * 4.0
     course = np.arctan2(moved[:, 1], moved[:, 0])
     began = flown.time_s[1:][np.abs(course) > 1e-6][0]
@@ -96,7 +96,7 @@ def test_clearway_keeps_well_clear_head_on_without_a_change_of_side() -> None:
 
 def test_flights_depend_on_number_and_settings_alone() -> None:
     model = made_up_model()
-    encounter = draw_encounter(model, 3, KIND)
+    encounter = sample_encounter(model, 3, KIND)
     assert encounter.own_height_m >= 50.0 * FOOT_M
     one, again = (fly_long(encounter, "clearway", KIND) for _ in range(2))
     np.testing.assert_array_equal(one.own_m, again.own_m)
@@ -138,7 +138,7 @@ def test_the_summary_tells_layers_weights_and_how_to_fly_the_worst_again() -> No
     assert f"--only {worst[0]}" in command
     assert "--vehicle wing" in command
     assert sum(share for share, _ in by_layer(result).values()) == pytest.approx(1.0)
-    assert weights_of(result).mean() == pytest.approx(1.0)
+    assert weigh_encounters(result).mean() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

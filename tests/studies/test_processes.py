@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from clearway.base import own_code
-from clearway.studies.processes import in_processes
+from clearway.studies.processes import run_in_processes
 
 OWN = """
 class Job:
@@ -30,7 +30,7 @@ def test_workers_find_a_named_module_and_no_other(
     beside = list(own_code.looked_beside())
     job = own_code.load_own("job", "own_job:Job")
     try:
-        found = set(in_processes(repr, [job(1), job(2), job(3)], 2))
+        found = set(run_in_processes(repr, [job(1), job(2), job(3)], 2))
     finally:
         own_code._NEIGHBOURS.folders[:] = beside
     assert found == {"job 1", "job 2", "job 3"}

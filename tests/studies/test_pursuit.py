@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.studies.encounters.avoidable import Opponent, search
+from clearway.studies.encounters.avoidable import Opponent, search_avoidance
 from clearway.studies.encounters.pursuit import CHOSEN_MOVEMENTS, MOST_MOVEMENTS, win_map
 from clearway.vehicle.automaton import MovementAutomaton
 from in_process import clearway
@@ -45,7 +45,7 @@ def test_what_is_won_stays_out_of_reach_of_pursuers_that_do_their_worst():
     """Chasers of the stated speed and bound never come near the plan that the search found."""
     plane = MovementAutomaton.plane()
     place, velocity, bound = np.array([6.0, 0.0, 0.0]), np.array([-0.7, 0.0, 0.0]), 0.1
-    verdict = search(
+    verdict = search_avoidance(
         plane, Opponent(place, velocity, bound), KEEP, MOST_MOVEMENTS, CHOSEN_MOVEMENTS
     )
     assert verdict.for_good

@@ -11,16 +11,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance import calibration as calibrations
-from clearway.avoidance.calibration import CLASSES, Calibration, calibration, classes_of
-from clearway.avoidance.fusion import RATINGS, Evidence, assess_cells
+from clearway.avoidance.rate import calibration as calibrations
+from clearway.avoidance.rate.calibration import CLASSES, Calibration, calibration, classes_of
+from clearway.avoidance.rate.fusion import RATINGS, Evidence, assess_cells
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import build_reach_set
 from clearway.sim import SimulationSettings, simulate
-from clearway.studies.reliability.bins import BINS, bin_of, clopper_pearson, counted, reliability
+from clearway.studies.reliability.bins import (
+    BINS,
+    bin_ratings,
+    clopper_pearson,
+    counted,
+    reliability,
+)
 from clearway.studies.reliability.fit import fitted
 from clearway.studies.reliability.passages import Passages
 from clearway.studies.reliability.record import CELLS, KINDS, TRAJECTORIES, looked_at
@@ -131,7 +137,7 @@ def test_intervals_know_that_cells_of_a_flight_are_no_independent_trials():
 
 
 def test_exactly_0_and_1_have_bins_of_their_own():
-    assert bin_of(np.array([0.0, 1e-9, 0.999999, 1.0])).tolist() == [0, 1, BINS - 2, BINS - 1]
+    assert bin_ratings(np.array([0.0, 1e-9, 0.999999, 1.0])).tolist() == [0, 1, BINS - 2, BINS - 1]
 
 
 def test_the_fit_is_isotonic_and_what_it_was_made_of():

@@ -22,14 +22,14 @@ from clearway.studies.reproduction.cone_figures import integrated_patch_m2, patc
 from clearway.studies.reproduction.intruder_cases import (
     CASES,
     IntersectionCase,
-    assess,
+    assess_intruder_alone,
     model_cells,
 )
 from clearway.studies.reproduction.intruder_figures import draw_obstacle_space, draw_reach_space
 from clearway.studies.reproduction.registry import TARGETS, targets_named
 from clearway.studies.reproduction.report import as_page
 from clearway.studies.reproduction.scene_figures import scan_of_ball
-from clearway.studies.reproduction.stability import SHELL, WALL, approach, deviations
+from clearway.studies.reproduction.stability import SHELL, WALL, approach, measure_deviations
 from clearway.studies.reproduction.target import Findings, Measure, difference_words
 from repository import REPOSITORY
 
@@ -166,7 +166,9 @@ def test_pictures_show_the_cells_of_the_reference(
 ) -> None:
     expected = reference(case, known_answers)
     tolerance = REFERENCE[case.obstacle_figure][2]
-    figure = draw_obstacle_space(case, assess(model_cells(case.model, case.timed)[0]))
+    figure = draw_obstacle_space(
+        case, assess_intruder_alone(model_cells(case.model, case.timed)[0])
+    )
     panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     rows = (4, 3, 2, 1, 0) if case.all_layers else (2,)
     assert len(panels) == len(rows)
@@ -182,7 +184,7 @@ def test_the_intruder_s_line_is_in_the_middle_layer_alone_and_its_cone_in_all(
     tmp_path: Path,
 ) -> None:
     case = next(case for case in CASES if case.reach_figure == "6.11")
-    figure = draw_reach_space(case, assess(model_cells(case.model, case.timed)[0]))
+    figure = draw_reach_space(case, assess_intruder_alone(model_cells(case.model, case.timed)[0]))
     panels = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     visible = []
     for axes in panels:
@@ -323,7 +325,7 @@ def test_differences_are_computed_against_their_tolerance(
 def test_prediction_ball_holds_for_any_seed() -> None:
     """Def. 13: no flight in noise within its bounds leaves the ball."""
     for seed in (1, 2):
-        found = deviations(flights=100, seed=seed)
+        found = measure_deviations(flights=100, seed=seed)
         assert np.all(found.deviation_m <= found.bound_m)
         assert found.deviation_m[:, -1].max() > 0.3 * found.bound_m[-1]
 

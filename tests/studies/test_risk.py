@@ -13,17 +13,17 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
 from clearway.studies.encounter_model import made_up_model
 from clearway.studies.risk.cylinder import Cylinder
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.entry import Entries, Shells
 from clearway.studies.risk.flight import (
     STRAIGHT,
     Separation,
-    fly,
+    fly_model_encounter,
     separation,
     separation_of,
     true_path_m,
 )
-from clearway.studies.risk.ratios import mean_aside_m, risk
+from clearway.studies.risk.ratios import compute_risk, mean_aside_m
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
 from clearway.studies.risk.study import RiskOutcome, RiskStudy, study
 
@@ -102,10 +102,10 @@ def test_entries_lie_on_the_cylinder_and_lead_in():
 
 def test_encounters_depend_on_their_number_and_seed_alone():
     model = made_up_model()
-    one, again = (draw_encounter(model, 3, QUICK) for _ in range(2))
+    one, again = (sample_encounter(model, 3, QUICK) for _ in range(2))
     np.testing.assert_array_equal(one.position_m, again.position_m)
     assert one.weight == again.weight > 0.0
-    for other in (draw_encounter(model, 4, QUICK), draw_encounter(model, 3, QUICK, seed=1)):
+    for other in (sample_encounter(model, 4, QUICK), sample_encounter(model, 3, QUICK, seed=1)):
         assert not np.array_equal(one.position_m, other.position_m)
     entry = one.position_m[0]
     outer = QUICK.outer
@@ -114,7 +114,7 @@ def test_encounters_depend_on_their_number_and_seed_alone():
 
 
 def test_reports_lag_no_more_than_a_step_and_tracks_are_straight_between():
-    encounter = draw_encounter(made_up_model(), 5, QUICK)
+    encounter = sample_encounter(made_up_model(), 5, QUICK)
     times = np.array([0.0, 0.1, 0.26, 7.0, 12.34])
     for time_s, exact in zip(times, encounter.at_all(times), strict=True):
         position, _ = encounter.at(float(time_s))
@@ -124,8 +124,8 @@ def test_reports_lag_no_more_than_a_step_and_tracks_are_straight_between():
 
 
 def test_straight_flight_is_what_its_planner_flies():
-    encounter = draw_encounter(made_up_model(), 2, QUICK)
-    run = fly(encounter, "straight", QUICK)
+    encounter = sample_encounter(made_up_model(), 2, QUICK)
+    run = fly_model_encounter(encounter, "straight", QUICK)
     own = true_path_m(run, QUICK)
     np.testing.assert_allclose(own[:, 0], QUICK.own_mps * run.time_s, atol=1e-6)
     np.testing.assert_allclose(own[:, 1:], 0.0, atol=1e-6)
@@ -171,7 +171,7 @@ def made_up_study(flags):
 
 def test_ratios_split_into_unresolved_and_induced():
     flags = [(1.0, True, True), (3.0, True, False), (2.0, False, True), (4.0, False, False)]
-    found = risk(made_up_study(flags * 40), "clearway", "near_collision")
+    found = compute_risk(made_up_study(flags * 40), "clearway", "near_collision")
     assert found.rate.value == pytest.approx(0.3)
     assert found.ratio.value == pytest.approx(0.75)
     assert found.unresolved.value == pytest.approx(0.25)
@@ -183,7 +183,7 @@ def test_ratios_split_into_unresolved_and_induced():
 
 def test_the_interval_is_that_of_the_binomial_for_equal_weights():
     flags = [(1.0, True, n % 4 == 0) for n in range(400)]
-    found = risk(made_up_study(flags), "clearway", "near_collision")
+    found = compute_risk(made_up_study(flags), "clearway", "near_collision")
     spread = np.sqrt(0.25 * 0.75 / 400)
     assert found.ratio.low == pytest.approx(0.25 - 1.96 * spread, abs=0.006)
     assert found.ratio.high == pytest.approx(0.25 + 1.96 * spread, abs=0.006)
@@ -191,11 +191,11 @@ def test_the_interval_is_that_of_the_binomial_for_equal_weights():
 
 def test_nothing_seen_is_not_nothing_possible():
     flags = [(1.0, True, False)] * 50
-    found = risk(made_up_study(flags), "clearway", "near_collision")
+    found = compute_risk(made_up_study(flags), "clearway", "near_collision")
     assert found.ratio.value == 0.0
     assert found.unresolved.high == pytest.approx(1.0 - 0.025 ** (1 / 50))
     assert found.ratio.high > found.unresolved.high, "induced ones may be unseen too"
-    never = risk(made_up_study([(1.0, False, False)] * 5), "clearway", "near_collision")
+    never = compute_risk(made_up_study([(1.0, False, False)] * 5), "clearway", "near_collision")
     assert np.isnan(never.ratio.value)
 
 
@@ -225,7 +225,7 @@ def test_an_encounter_that_turns_bad_never_lowers_the_upper_end(encounters, at):
             outcomes.append(
                 RiskOutcome(number, weight, 0, came[0], {"clearway": came[1]}, {"clearway": 0})
             )
-        return risk(
+        return compute_risk(
             RiskStudy(RiskSettings(), ("clearway",), 0, tuple(outcomes)),
             "clearway",
             "near_collision",

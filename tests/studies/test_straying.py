@@ -9,9 +9,9 @@ import pytest
 
 from clearway.io.traffic.traffic import read_traffic
 from clearway.studies.encounter_model import read_encounter_model
-from clearway.studies.risk.straying import Strays, covered, strays_of_model, strays_of_recording
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT, Growth, TwoKinds
-from clearway.traffic.recorded import aircraft_of
+from clearway.traffic.recorded import collect_aircraft
+from straying import Strays, covered, strays_of_model, strays_of_recording
 
 AHEAD = (10, 20, 30, 60)
 MODEL = "uncor_1200only_fwse_v1p2.txt"
@@ -54,7 +54,7 @@ def test_recorded_light_aircraft_are_covered_about_as_well(data_dir) -> None:  #
     path = data_dir / "adsb" / "tracks_monterey_20250601.jsonl.gz"
     if not path.is_file():
         pytest.skip(f"needs data: {path.name}")
-    strays = strays_of_recording(aircraft_of(read_traffic(path)), AHEAD)
+    strays = strays_of_recording(collect_aircraft(read_traffic(path)), AHEAD)
     for place, _, count in covered(strays, LIGHT_AIRCRAFT, position_m=15.0, velocity_mps=1.5):
         assert count > 500
         assert place > 0.85

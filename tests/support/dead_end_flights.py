@@ -9,7 +9,7 @@ from typing import NamedTuple
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.sim.baselines import CLEARWAY
-from clearway.studies.campaigns.families import FAMILIES, Case, CaseOf, make_case
+from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES, Case, CaseOf, make_case
 from clearway.studies.campaigns.file import FamilySection, read_campaign
 from solids import Solids
 
@@ -37,7 +37,7 @@ def labels() -> tuple[str, ...]:
 def mission_of(label: str, seed: int) -> MissionFile:
     """The mission of a flight of the campaign."""
     section = _section(label)
-    family = FAMILIES[section.family]
+    family = CAMPAIGN_FAMILIES[section.family]
     parameters = parse_model(label, section.parameters, family.parameters)
     return family.make(CaseOf(seed, parameters, Path()))
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.loiter import NO_LOITER, LoiterCircles
-from clearway.avoidance.verify import Paths, Verification, first_clear_of
+from clearway.avoidance.clear.hazards import Hazards
+from clearway.avoidance.clear.loiter import NO_LOITER, LoiterCircles
+from clearway.avoidance.clear.verify import Paths, Verification, first_clear_of
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 

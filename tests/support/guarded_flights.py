@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live.guard.guardian import Guarded, Guardian
@@ -18,7 +19,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.beams.simulate import simulate_scan
 from clearway.vehicle.automaton import MovementAutomaton
 from solids import Array, Solids
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from clearway.ros2.bus import SENSOR, USUAL
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import packed
-from clearway.ros2.told import stamp_of
+from clearway.ros2.messages import pack_message
+from clearway.ros2.told import make_stamp
 from ros2_for_tests import cloud
 
 
@@ -27,9 +27,9 @@ def main() -> None:
     time.sleep(1.0)
     due = time.monotonic()
     for number in range(int(rate * seconds)):
-        message.header.stamp = stamp_of(time.time())
+        message.header.stamp = make_stamp(time.time())
         message.header.frame_id = str(number)
-        bus.publish("/loose" if number % 2 else "/sure", packed(message))
+        bus.publish("/loose" if number % 2 else "/sure", pack_message(message))
         due += 1.0 / rate
         time.sleep(max(0.0, due - time.monotonic()))
     time.sleep(2.0)

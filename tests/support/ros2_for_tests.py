@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
@@ -21,7 +22,7 @@ from clearway.live.link.session import Session
 from clearway.live.mission import Mission
 from clearway.reach import ReachLibrary
 from clearway.ros2.bus import Quality, TopicMessage
-from clearway.ros2.messages import made, packed, unpacked
+from clearway.ros2.messages import made, pack_message, unpacked
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
 from clearway.ros2.told import header, point, turned
@@ -79,7 +80,7 @@ class LocalBus:
     def close(self) -> None: ...
 
     def tell(self, topic: str, message: Any) -> None:
-        raw = message if isinstance(message, bytes) else packed(message)
+        raw = message if isinstance(message, bytes) else pack_message(message)
         self.came.append(TopicMessage(topic, self.kinds.get(topic, "?"), raw))
 
 

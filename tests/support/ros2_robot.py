@@ -23,8 +23,8 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import made, packed, unpacked
-from clearway.ros2.told import point, stamp_of
+from clearway.ros2.messages import made, pack_message, unpacked
+from clearway.ros2.told import make_stamp, point
 from clearway.sensors import simulate_scan
 from clearway.sim.scripted import Traffic
 from ros2_for_tests import BEGAN_S, cloud, odometry, transform
@@ -69,7 +69,7 @@ class Robot:
         self.bus.advertise("/adsb", REPORT, SENSOR)
         mounted = self.lidar.mounting
         static = transform("lidar", "base_link", mounted.position_m, mounted.attitude_rad[2])
-        self.bus.publish("/tf_static", packed(static))
+        self.bus.publish("/tf_static", pack_message(static))
         self.track = [self.place.tolist()]
         self.led = 0
 
@@ -80,21 +80,23 @@ class Robot:
         bodies = ObstacleMap(self.traffic.bodies(mission_s))
         world = CombinedWorld([self.world, bodies])
         scan = simulate_scan(self.lidar, world, state, number)
-        self.bus.publish("/clock", packed(made("rosgraph_msgs/msg/Clock", clock=stamp_of(now))))
+        self.bus.publish(
+            "/clock", pack_message(made("rosgraph_msgs/msg/Clock", clock=make_stamp(now)))
+        )
         # Missing returns are NaN, as drivers tell them.
         points = np.vstack([scan.points_m, np.full((1, 3), np.nan)])
-        self.bus.publish("/points", packed(cloud(now, points)))
+        self.bus.publish("/points", pack_message(cloud(now, points)))
         self._tell_aircraft(mission_s)
         if self.piloted:
             way = self.goal - self.place
             far = float(np.linalg.norm(way))
             velocity = self._level() @ way * min(1.0, far) / max(far, 1e-9)
             wish = made("geometry_msgs/msg/Twist", linear=point(velocity, "Vector3"))
-            self.bus.publish("/cmd_vel_in", packed(wish))
+            self.bus.publish("/cmd_vel_in", pack_message(wish))
         time.sleep(0.004)
         own = odometry(now, self.place, self.yaw, 0.0)
         own.twist.twist.linear = point(self._level() @ self.velocity, "Vector3")
-        self.bus.publish("/odom", packed(own))
+        self.bus.publish("/odom", pack_message(own))
         self._follow(now)
         self._measure(mission_s)
 
@@ -113,7 +115,7 @@ class Robot:
                 heading=float(np.arctan2(east, north)), hor_velocity=float(np.hypot(east, north)),
                 ver_velocity=float(up), flags=1 | 2 | 4 | 8 | 128, emitter_type=14,
             )  # fmt: skip
-            self.bus.publish("/adsb", packed(told))
+            self.bus.publish("/adsb", pack_message(told))
 
     def _measure(self, mission_s: float) -> None:
         """How near it comes to what is there."""

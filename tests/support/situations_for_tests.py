@@ -8,19 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.chosen import Basis
-from clearway.avoidance.costs import Prices
+from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.clear.hazards import PointHazards
 from clearway.avoidance.decide import decide
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Scan, detect
-from clearway.sensors.lidar import Lidar
+from clearway.sensors.beams.lidar import Lidar
 from clearway.traffic import Intruder
 
 NEVER = (np.nan, np.inf, -np.inf, 1e300, -1e300)

@@ -10,8 +10,8 @@ from numba import njit
 
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.fineness import turning_distance_m
 from clearway.live.mission import Mission
+from clearway.live.preflight.fineness import turning_distance_m
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, Scan
 from clearway.sim import SimulationSettings, simulate

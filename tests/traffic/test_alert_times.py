@@ -20,7 +20,7 @@ from clearway.base.frames import geodetic_from_enu
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, NAUTICAL_MILE_M
 from clearway.io.traffic.traffic import read_traffic
 from clearway.missions.alert_history import AlertHistory, alert_history, judge_recording
-from clearway.traffic.recorded import TrafficRecording, TrafficReport, aircraft_of
+from clearway.traffic.recorded import TrafficRecording, TrafficReport, collect_aircraft
 from clearway.traffic.volumes import VOLUME_SETS, AlertLevel
 from clearway.vehicle.performance import PERFORMANCES
 from in_process import clearway as run_here
@@ -188,7 +188,7 @@ def flown(
 def told(*reports: list[TrafficReport], own: str = "aaaaaa") -> AlertHistory:
     rows = sorted((one for group in reports for one in group), key=lambda one: one.time_s)
     recording = TrafficRecording("made", "made", "relative", len(rows), tuple(rows))
-    return alert_history(aircraft_of(recording), own, VOLUME_SETS["f3442"], WING)
+    return alert_history(collect_aircraft(recording), own, VOLUME_SETS["f3442"], WING)
 
 
 ZERO: dict[str, Any] = {"ground_speed_mps": 0.0}

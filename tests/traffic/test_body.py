@@ -14,7 +14,7 @@ from clearway.base.frames import cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.traffic import Intruder, body_cells, line_cells
 from clearway.traffic.models.ball_cell import cell_distance, cell_parts, filled_share
-from clearway.traffic.models.borders import borders_of
+from clearway.traffic.models.borders import compute_borders
 from clearway.traffic.models.tube import tube_cells
 from intruders_for_tests import KINDS, random_intruder
 
@@ -104,7 +104,7 @@ def test_distance_is_to_the_nearest_point_of_the_cell(point: list[float], seed: 
     for grid in (GRID, ROUND):
         cell = seed % grid.cells
         i, j, k = (int(n) for n in np.unravel_index(cell, grid.shape))
-        exact = cell_distance(*point, i, j, k, borders_of(grid))
+        exact = cell_distance(*point, i, j, k, compute_borders(grid))
         sampled = np.linalg.norm(points_in(grid, cell, 4000, seed) - point, axis=1).min()
         assert exact <= sampled + 1e-6
         assert sampled - exact < 1.2

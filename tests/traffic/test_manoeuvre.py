@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearway.base.state import State
-from clearway.live.reports import LatestReports, TrackedReports
+from clearway.live.inputs.reports import LatestReports, TrackedReports
 from clearway.traffic import Intruder, Manoeuvres, TrackerSettings
 
 OWN = State(np.array([500.0, 0.0, 0.0]))

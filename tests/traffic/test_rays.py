@@ -11,10 +11,10 @@ from clearway.base.frames import cartesian_from_spherical
 from clearway.base.grid import BORDER_TOLERANCE, AvoidanceGrid
 from clearway.traffic import Intruder, line_cells, spread_cells
 from clearway.traffic.models.beyond import ball_around, passes_by
-from clearway.traffic.models.borders import CELL, ENTRY, LEAVE, borders_of, scratch
+from clearway.traffic.models.borders import CELL, ENTRY, LEAVE, compute_borders, scratch
 from clearway.traffic.models.half_lines import BUNCH, room_for_lines, tell
 from clearway.traffic.models.spread import NODES, cone_axes, disc_nodes
-from clearway.traffic.models.traverse import cut, pieces_of
+from clearway.traffic.models.traverse import cut_lines, pieces_of
 from intruders_for_tests import KINDS, random_intruder
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -46,7 +46,7 @@ def test_twenty_times_the_rays_tell_hardly_more(kind: str) -> None:
 
 @pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: "x".join(map(str, grid.shape)))
 def test_all_cells_are_in_the_ball_around_them(grid: AvoidanceGrid) -> None:
-    middle_m, radius_m = ball_around(borders_of(grid))
+    middle_m, radius_m = ball_around(compute_borders(grid))
     ranges, azimuths, elevations = np.meshgrid(
         *(np.linspace(edges[0], edges[-1], 41) for edges in grid.edges), indexing="ij"
     )
@@ -71,7 +71,7 @@ def aimed(seed: int) -> Intruder:
 @given(seed=st.integers(0, 100_000))
 @settings(max_examples=100, deadline=None)
 def test_rays_that_are_not_followed_meet_no_cell(grid: AvoidanceGrid, seed: int) -> None:
-    intruder, borders = aimed(seed), borders_of(grid)
+    intruder, borders = aimed(seed), compute_borders(grid)
     position, velocity = intruder.position_m.copy(), intruder.velocity_mps.copy()
     sine, ball = np.sin(intruder.spread_rad), ball_around(borders)
     if not passes_by(position, velocity, float(sine.max()), *ball):
@@ -83,14 +83,14 @@ def test_rays_that_are_not_followed_meet_no_cell(grid: AvoidanceGrid, seed: int)
         ray = velocity + u * wide + w * narrow
         start, way = (position[0], position[1], position[2]), (ray[0], ray[1], ray[2])
         tell(lines, 0, start, way, np.inf)
-        cut(lines, 1, borders)
+        cut_lines(lines, 1, borders)
         assert pieces_of(lines, 0, borders, pieces) == 0
 
 
 def test_about_all_cones_that_miss_the_ball_are_told_so() -> None:
     """Against rays to points all over the ball: some of them lie within the cone."""
     grid = AvoidanceGrid.uniform()
-    middle_m, radius_m = ball_around(borders_of(grid))
+    middle_m, radius_m = ball_around(compute_borders(grid))
     points = np.random.default_rng(0).normal(size=(4000, 3))
     points *= radius_m / np.linalg.norm(points, axis=1, keepdims=True)
     points[:, 0] += middle_m
@@ -141,10 +141,10 @@ def test_lines_are_where_the_grid_says_that_their_points_are(
     level = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     way = along if rng.random() < 0.5 else along + rng.choice([1e-12, 1e-3, 1.0]) * level
     start = away * grid.range_m * along
-    borders = borders_of(grid)
+    borders = compute_borders(grid)
     lines, pieces = room_for_lines(borders), scratch(borders)
     tell(lines, 0, tuple(start), tuple(way), np.inf)
-    cut(lines, 1, borders)
+    cut_lines(lines, 1, borders)
     for piece in range(pieces_of(lines, 0, borders, pieces)):
         times_s = pieces.times[[ENTRY, LEAVE], piece]
         middle = start + np.mean(times_s) * way
@@ -167,10 +167,10 @@ def test_lines_begin_where_they_start(grid: AvoidanceGrid, seed: int) -> None:
     low, high = np.array([[each[0], each[-1]] for each in grid.edges]).T
     start = cartesian_from_spherical(rng.uniform(low, high))
     way = rng.normal(size=3)
-    borders = borders_of(grid)
+    borders = compute_borders(grid)
     lines, pieces = room_for_lines(borders), scratch(borders)
     tell(lines, 0, tuple(start), tuple(way), np.inf)
-    cut(lines, 1, borders)
+    cut_lines(lines, 1, borders)
     count = pieces_of(lines, 0, borders, pieces)
     if grid.cell_of(start) == grid.cell_of(start + 1e-6 * way):
         assert count > 0

@@ -20,8 +20,8 @@ from clearway.traffic.recorded import (
     ClosestPair,
     TrafficRecording,
     TrafficReport,
-    aircraft_of,
     closest_pairs,
+    collect_aircraft,
     local_reports,
     proximity,
     take_part,
@@ -30,7 +30,7 @@ from clearway.traffic.recorded.geodesy import planar_offset_m
 from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
 from clearway.traffic.recorded.picture import air_picture
 from clearway.traffic.recorded.proximity import proximity_pairs
-from clearway.traffic.recorded.samples import sample
+from clearway.traffic.recorded.samples import sample_aircraft
 
 ORIGIN = (46.0, 14.0, 0.0)
 Flight = Callable[[float], Sequence[float]]
@@ -72,7 +72,7 @@ def test_a_crossing_is_found_where_it_is() -> None:
     found = recording(
         *flown("aaaaaa", eastward, times), *flown("bbbbbb", crossing, times[::2], track_rad=0.0)
     )
-    (pair,) = closest_pairs(aircraft_of(found))
+    (pair,) = closest_pairs(collect_aircraft(found))
     # The second from the first: (3000 - 60 t, 60 t - 3000 + c, 60) with c = 0 at 50 s.
     apart = np.subtract(crossing(0.0), eastward(0.0))
     moves = np.array([-60.0, 60.0, 0.0])
@@ -100,7 +100,7 @@ def test_fast_head_on_passes_are_found_between_whole_seconds(late_s: float) -> N
         times,
         ground_speed_mps=250.0,
     )
-    (pair,) = closest_pairs(aircraft_of(recording(*ahead, *meets)))
+    (pair,) = closest_pairs(collect_aircraft(recording(*ahead, *meets)))
     assert pair.time_s == pytest.approx(15.0 + late_s, abs=0.002)
     assert pair.slant_m == pytest.approx(100.0, abs=0.2)
 
@@ -108,8 +108,8 @@ def test_fast_head_on_passes_are_found_between_whole_seconds(late_s: float) -> N
 @pytest.mark.parametrize(("gap_s", "seconds"), [(12.0, 33), (12.5, 21)])
 def test_positions_are_interpolated_over_12_s_and_no_more(gap_s: float, seconds: int) -> None:
     times = [0.0, 10.0, 10.0 + gap_s, 20.0 + gap_s]
-    (one,) = aircraft_of(recording(*flown("aaaaaa", eastward, times)))
-    samples = sample([one])
+    (one,) = collect_aircraft(recording(*flown("aaaaaa", eastward, times)))
+    samples = sample_aircraft([one])
     assert len(samples) == seconds
     east = enu_from_geodetic(
         np.column_stack([samples.latitude_deg, samples.longitude_deg, 0.0 * samples.second]), ORIGIN
@@ -124,11 +124,11 @@ def test_what_is_not_in_flight_is_left_out() -> None:
     grounded = flown("bbbbbb", eastward, times, altitude_kind="ground", altitude_m=None)
     silent = flown("cccccc", eastward, times, ground_speed_mps=None, track_rad=None)
     standing = flown("dddddd", lambda _: (0.0, 0.0, 1.0), times, ground_speed_mps=None)
-    aircraft = aircraft_of(recording(*slow, *grounded, *silent, *standing))
-    samples = sample(aircraft)
+    aircraft = collect_aircraft(recording(*slow, *grounded, *silent, *standing))
+    samples = sample_aircraft(aircraft)
     assert set(samples.aircraft) == {2}
     assert np.isnan(samples.east_mps).all()
-    assert len(sample(aircraft, slowest_mps=0.0)) == 40
+    assert len(sample_aircraft(aircraft, slowest_mps=0.0)) == 40
 
 
 @pytest.mark.parametrize("stands", [{"ground_speed_mps": 0.0}, {"ground_speed_mps": None}])
@@ -142,7 +142,7 @@ def test_who_hovers_or_drifts_is_in_pairs_and_marked(stands: dict[str, float | N
     parked = flown(
         "eeeeee", lambda _: (1500.0, 0.0, 0.0), times, altitude_m=None, altitude_kind="ground"
     )
-    pairs = closest_pairs(aircraft_of(recording(*flies, *stays, *drifts, *also, *parked)))
+    pairs = closest_pairs(collect_aircraft(recording(*flies, *stays, *drifts, *also, *parked)))
     slow = {(one.first.address, one.second.address): one.slow for one in pairs}
     assert slow == {
         ("aaaaaa", "dddddd"): (),
@@ -169,19 +169,19 @@ def test_pairs_are_the_same_alone_and_among_others() -> None:
         flights.append(flown(f"{number:06x}", lambda t, s=start, v=velocity: s + v * t, times))
     told: list[tuple[float, float]] = []
     together = closest_pairs(
-        aircraft_of(recording(*(one for each in flights for one in each))),
+        collect_aircraft(recording(*(one for each in flights for one in each))),
         progress=lambda done, total: told.append((done, total)),
     )
     assert told[-1] == (len(together), len(together)), "a bar ends where all is done"
     assert len(together) > 20
     for pair in together:
         one, two = (flights[int(side.address, 16)] for side in (pair.first, pair.second))
-        (alone,) = closest_pairs(aircraft_of(recording(*one, *two)))
+        (alone,) = closest_pairs(collect_aircraft(recording(*one, *two)))
         assert (alone.time_s, alone.distance_m, alone.height_m, alone.together_s, alone.slow) == (
             pair.time_s, pair.distance_m, pair.height_m, pair.together_s, pair.slow,
         )  # fmt: skip
     own = closest_pairs(
-        aircraft_of(recording(*(one for each in flights for one in each))), "000003"
+        collect_aircraft(recording(*(one for each in flights for one in each))), "000003"
     )
     assert [one.time_s for one in own] == [
         one.time_s for one in together if "000003" in (one.first.address, one.second.address)
@@ -197,7 +197,7 @@ def test_unknown_heights_make_no_pair_and_geometric_ones_do() -> None:
     )
     also = flown("dddddd", eastward, times, geometric_altitude_m=900.0)
     made = recording(*low, *unknown, *geometric, *also)
-    pairs = closest_pairs(aircraft_of(made))
+    pairs = closest_pairs(collect_aircraft(made))
     assert set(air_picture(made).without_height) == {
         ("aaaaaa", "bbbbbb"), ("aaaaaa", "cccccc"), ("bbbbbb", "cccccc"), ("bbbbbb", "dddddd"),
     }  # fmt: skip
@@ -211,9 +211,9 @@ def test_unknown_heights_make_no_pair_and_geometric_ones_do() -> None:
 def test_a_jump_is_not_flown() -> None:
     reports = flown("aaaaaa", eastward, range(20))
     reports[10] = reports[10]._replace(latitude_deg=reports[10].latitude_deg + 0.1)
-    (one,) = aircraft_of(recording(*reports))
+    (one,) = collect_aircraft(recording(*reports))
     assert one.jumps == 2
-    assert set(sample([one]).second) == set(range(20)) - {10}
+    assert set(sample_aircraft([one]).second) == set(range(20)) - {10}
 
 
 def test_tracks_across_the_date_line() -> None:
@@ -222,9 +222,9 @@ def test_tracks_across_the_date_line() -> None:
                       100.0, "barometric")
         for t in range(11)
     ]  # fmt: skip
-    (one,) = aircraft_of(recording(*reports))
+    (one,) = collect_aircraft(recording(*reports))
     np.testing.assert_allclose(one.segment_mps, 111.32, rtol=1e-3)
-    assert len(sample([one])) == 11
+    assert len(sample_aircraft([one])) == 11
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_steps_of_altitude(feet: list[float], step: float) -> None:
         TrafficReport(float(n), "aaaaaa", 0.0, 0.0, height * FOOT_M, "barometric")
         for n, height in enumerate(feet)
     ] or [TrafficReport(0.0, "aaaaaa", 0.0, 0.0)]
-    (one,) = aircraft_of(recording(*reports))
+    (one,) = collect_aircraft(recording(*reports))
     assert one.altitude_step_m == pytest.approx(step * FOOT_M)
 
 
@@ -254,7 +254,7 @@ def test_a_radar_s_track_beside_an_aircraft_is_its_ghost() -> None:
     above = flown("~2b0003", lambda t: (60.0 * t, 0.0, 900.0), times, source="tisb")
     itself = flown("~2b0004", lambda t: (60.0 * t, 5000.0, 450.0), times, source="adsb")
     brief = flown("~2b0005", eastward, range(3), source="tisb")
-    aircraft = aircraft_of(recording(*real, *behind, *other, *above, *itself, *brief))
+    aircraft = collect_aircraft(recording(*real, *behind, *other, *above, *itself, *brief))
     assert ghosts_of(aircraft) == {"~2b0001": "aaaaaa"}
     assert [one.address for one in without_ghosts(aircraft)] == ["aaaaaa", "~2b0004"]
 
@@ -263,7 +263,7 @@ def test_a_radar_s_track_beside_an_aircraft_is_its_ghost() -> None:
 def test_who_reports_itself_under_no_address_of_a_state_is_no_radar_s_track(source: str) -> None:
     one = flown("aaaaaa", eastward, range(20))
     other = flown("~2b0001", eastward, range(20), source=source)
-    aircraft = aircraft_of(recording(*one, *other))
+    aircraft = collect_aircraft(recording(*one, *other))
     assert len(without_ghosts(aircraft)) == 2
     assert len(closest_pairs(without_ghosts(aircraft))) == 1
 
@@ -311,7 +311,7 @@ def test_meetings_are_those_of_brute_force(seed: int, flights: int, within_m: fl
             lambda t, s=start, v=velocity: s + v * t,
             times,  # type: ignore[misc]
         )
-    samples = sample(aircraft_of(recording(*reports)), slowest_mps=0.0)
+    samples = sample_aircraft(collect_aircraft(recording(*reports)), slowest_mps=0.0)
     met = proximity_pairs(samples, within_m)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(proximity, "FEW", 1)
@@ -390,7 +390,7 @@ def test_the_real_encounters_over_monterey(data_dir: Path) -> None:
     assert abs(together.time_s - 1748817994.0) <= 60.0
     assert together.together_s > 60
     both = [together.first, together.second]
-    samples = sample(both)
+    samples = sample_aircraft(both)
     met = proximity_pairs(samples, 1000.0)
     (at,) = np.flatnonzero(samples.second[met.first] == 1748817994)
     assert met.horizontal_m[at] == pytest.approx(77.0, abs=1.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from clearway.base.state import State
-from clearway.live.reports import LatestReports, TrackedReports
+from clearway.live.inputs.reports import LatestReports, TrackedReports
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.traffic.tracking.sequels import MOST_NAMESAKES
 

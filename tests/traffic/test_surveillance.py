@@ -9,7 +9,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.traffic.surveillance import SURVEILLANCES, Surveillance, Watch
-from clearway.traffic.tracking.smooth import CLIMB_MPS2, LEVEL_MPS2, begun, followed
+from clearway.traffic.tracking.smooth import CLIMB_MPS2, LEVEL_MPS2, begin_track, followed
 from clearway.traffic.tracking.tracks import Report, born
 
 HOME = np.zeros(3)
@@ -82,10 +82,10 @@ def test_smooth_tracks_are_the_tracker_s_where_noise_is_alike() -> None:
     kind = Surveillance("even", "", 1e6, noise_m=20.0, velocity_mps=2.0, climb_mps=2.0,
                         altitude_noise_m=20.0)  # fmt: skip
     heard = listened(kind, 2, 30.0)
-    mine = begun(heard[0])
+    mine = begin_track(heard[0])
     for axis, push in ((slice(0, 2), LEVEL_MPS2), (slice(2, 3), CLIMB_MPS2)):
         track = born(1, _report(heard[0]), 1.0)
-        mine = begun(heard[0])
+        mine = begin_track(heard[0])
         for one in heard[1:]:
             track = track.at(one.time_s, push).updated(_report(one))
             mine = followed(mine, one)
@@ -104,7 +104,7 @@ def _report(heard) -> Report:  # type: ignore[no-untyped-def]
 
 def test_a_long_silence_begins_a_track_anew_and_late_reports_change_nothing() -> None:
     first, *_, last = listened(replace(SURVEILLANCES["ads-b"], lost=0.0), 4, 60.0)
-    track = begun(first)
+    track = begin_track(first)
     assert followed(track, last).reports == 1
     later = followed(track, first)
     assert later is track

@@ -13,9 +13,11 @@ from clearway.studies.encounters.flights import planner_at
 from clearway.traffic import Intruder, TrackerSettings
 
 
-def live(**more):
+def live(**settings):
     to_fly = Mission("test", State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
-    system = AvoidanceSystem(planner_at(1.0), to_fly, **more)
+    system = AvoidanceSystem(
+        planner_at(1.0).changed(**{"transponder_address": ""} | settings), to_fly
+    )
     system.update(State(np.zeros(3)))
     return system
 
@@ -81,7 +83,7 @@ def test_reports_out_of_order_are_counted_and_the_latest_is_kept():
 
 
 def test_own_and_repeated_reports_are_counted_and_left_out():
-    system = live(address="own")
+    system = live(transponder_address="own")
     system.update(intruder((0.1, 0, 0), name="own"))
     system.update(intruder((0.1, 0, 0), name="", address="own"))
     for _ in range(3):
@@ -95,7 +97,7 @@ def test_own_and_repeated_reports_are_counted_and_left_out():
 def test_stale_reports_are_counted_and_left_out():
     system = live()
     system.update(intruder((6, 0, 0)))
-    later = system.limits.intruder_s + 0.1
+    later = system.planner.settings.intruder_s + 0.1
     system.update(State(np.zeros(3), time_s=later))
     flight = system.decide(later)
     assert flight.counts == {"intruder: stale": 1}
@@ -112,14 +114,14 @@ def test_reports_without_a_name_do_not_replace_each_other():
 
 
 def test_a_tracker_does_not_go_back_in_time():
-    system = live(tracker=TrackerSettings(), address="own")
+    system = live(tracker=TrackerSettings(), transponder_address="own")
     system.update(State(np.zeros(3), time_s=5.0))
     system.decide(5.0)
     assert system.decide(4.0).counts["clock: set back"] == 1
 
 
 def test_an_intruder_on_top_of_us_is_not_our_echo_where_addresses_are_known():
-    system = live(tracker=TrackerSettings(), address="own")
+    system = live(tracker=TrackerSettings(), transponder_address="own")
     system.update(intruder((0.5, 0, 0), (1, 0, 0)))
     assert system.decide(0.0).mode is Mode.EMERGENCY
     nameless = live(tracker=TrackerSettings())

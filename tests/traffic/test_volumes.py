@@ -15,7 +15,7 @@ from clearway.io.traffic.traffic import read_traffic
 from clearway.missions.alert_history import alert_history
 from clearway.missions.volume_section import volumes_named
 from clearway.traffic import Intruder
-from clearway.traffic.recorded import aircraft_of
+from clearway.traffic.recorded import collect_aircraft
 from clearway.traffic.volumes import (
     VOLUME_SETS,
     AirVolume,
@@ -155,7 +155,7 @@ def first_times(folder, scenario: str, volumes: str) -> dict[AlertLevel, float]:
     path = folder / "daa" / "daidalus" / "Scenarios" / f"{scenario}.daa"
     if not path.is_file():
         pytest.skip(f"needs data: {path.name}")
-    aircraft = aircraft_of(read_traffic(path))
+    aircraft = collect_aircraft(read_traffic(path))
     told = alert_history(aircraft, "Ownship", VOLUME_SETS[volumes], PERFORMANCES["wing"])
     times: dict[AlertLevel, float] = {}
     for time_s, _, level in told.changes():
@@ -182,7 +182,7 @@ def test_times_to_volume_of_h1_are_daidalus_s_every_second(data_dir) -> None:  #
         if cells[6] != "infty":
             expected[float(cells[0])] = float(cells[6])
     path = data_dir / "daa" / "daidalus" / "Scenarios" / "H1.daa"
-    aircraft = aircraft_of(read_traffic(path))
+    aircraft = collect_aircraft(read_traffic(path))
     told = alert_history(aircraft, "Ownship", VOLUME_SETS["do-365"], PERFORMANCES["wing"])
     compared = 0
     for second in told.seconds:

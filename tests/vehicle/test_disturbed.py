@@ -12,13 +12,13 @@ from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 from clearway.vehicle.disturbed import (
     DisturbanceSample,
+    add_disturbances,
     bounded_noise,
     disturbed_by,
     fly_disturbed,
     gust,
     stationary,
     steady_wind,
-    together,
 )
 from clearway.vehicle.prediction import NoiseBounds, deviation_bound_m
 
@@ -85,7 +85,7 @@ def test_noise_is_a_function_of_seed_and_time():
 
 
 def test_disturbances_add_up():
-    both = together(steady_wind([1, 0, 0]), steady_wind([0, 2, 0]))
+    both = add_disturbances(steady_wind([1, 0, 0]), steady_wind([0, 2, 0]))
     assert both(0.0).drift_mps == (1.0, 2.0, 0.0)
 
 

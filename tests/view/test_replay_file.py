@@ -16,7 +16,7 @@ pytest.importorskip("mcap")
 
 from mcap.reader import make_reader
 
-from clearway.avoidance.fusion import assess_cells, rating_named
+from clearway.avoidance.rate.fusion import assess_cells, rating_named
 from clearway.avoidance.rules import GroundHeights
 from clearway.base.frames import world_from_body
 from clearway.io.maps.map_features import Geodetic

@@ -152,7 +152,7 @@ def _flights_interrupted() -> Iterator[None]:
     import clearway.cli.risk as risk
     import clearway.studies.campaigns.engines as engines
 
-    flown, studied, processes = fly.flown_with_bar, risk._flown, engines.in_processes
+    flown, studied, processes = fly.flown_with_bar, risk._flown, engines.make_process_engine
 
     def interrupted(*given: Any) -> Any:
         signal.setitimer(signal.ITIMER_REAL, INTERRUPTED_S)
@@ -167,10 +167,10 @@ def _flights_interrupted() -> Iterator[None]:
     before = signal.signal(signal.SIGALRM, interrupt)
     fly.flown_with_bar = interrupted  # type: ignore[assignment]
     risk._flown = ended  # type: ignore[assignment]
-    engines.in_processes = lambda _: ended  # type: ignore[assignment]
+    engines.make_process_engine = lambda _: ended  # type: ignore[assignment]
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-        fly.flown_with_bar, risk._flown, engines.in_processes = flown, studied, processes
+        fly.flown_with_bar, risk._flown, engines.make_process_engine = flown, studied, processes

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.calibration import CLASSES
+from clearway.avoidance.rate.calibration import CLASSES
 from clearway.studies.reliability.bins import BINS
 from clearway.studies.reliability.fit import fitted
 from clearway.studies.reliability.record import FITTED

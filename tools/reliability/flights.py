@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.chosen import Basis
 from clearway.base.frames import FloatArray
 from clearway.base.provenance import sha256_of
 from clearway.io.json_values import finite
@@ -39,7 +39,7 @@ CASES: dict[str, tuple[str, dict[str, Any], int]] = {
     "several, deviating": ("several", {"deviates": True}, 8),
 }
 """Family, its parameters, and how many flights of each set of seeds."""
-TABLE = Path("src/clearway/avoidance/calibration.json")
+TABLE = Path("src/clearway/avoidance/rate/calibration.json")
 CHANGES: dict[str, dict[str, dict[str, Any]]] = {
     "verified/total": {},
     "verified/calibrated": {"rating": {"name": "calibrated"}},

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.calibration import CLASSES, calibration
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.calibration import CLASSES, calibration
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import bootstrap_mean, wilson
 from clearway.io.marked_page import put_between_marks
 from clearway.studies.figures.reliability import draw_reliability
-from clearway.studies.reliability.bins import COARSE, Reliability, bin_of, reliability
+from clearway.studies.reliability.bins import COARSE, Reliability, bin_ratings, reliability
 from clearway.studies.reliability.record import CELLS, CHOSEN, PASSAGES, TRAJECTORIES
 from clearway.view.plot.style import house_style
 from tools.reliability.flights import CHANGES, TABLE, counts_of
@@ -91,7 +91,7 @@ def _said(ratings: dict[str, Reliability]) -> str:
 
 
 def _tenth(said: float) -> int:
-    return int(COARSE[bin_of(np.array([said]))[0]])
+    return int(COARSE[bin_ratings(np.array([said]))[0]])
 
 
 def _map() -> str:

@@ -10,22 +10,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from clearway.avoidance.candidates import Commitment, price_candidates
-from clearway.avoidance.chosen import Choice
+from clearway.avoidance.choose.candidates import Commitment, price_candidates
+from clearway.avoidance.choose.chosen import Choice
+from clearway.avoidance.choose.fall_back import FallBack
+from clearway.avoidance.choose.from_here import FromHere, near_from, prepared_from
+from clearway.avoidance.choose.in_force import InForce, in_force
+from clearway.avoidance.choose.leaving import Leaving, Taken
+from clearway.avoidance.choose.passing import noted, passings_after
+from clearway.avoidance.clear.hazards import Hazards
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.evidence import InReach, evidence_of, intruder_cells
-from clearway.avoidance.fall_back import FallBack
-from clearway.avoidance.from_here import FromHere, near_from, prepared_from
-from clearway.avoidance.fusion import assess_cells
-from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.in_force import InForce, in_force
-from clearway.avoidance.leaving import Leaving, Taken
-from clearway.avoidance.passing import noted, passings_after
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.rated import Rated
-from clearway.avoidance.reach_rating import rate_reach_set
-from clearway.avoidance.situation import Situation, goal_of
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import InReach, evidence_of, intruder_cells
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.rated import Rated
+from clearway.avoidance.plan.situation import Situation, goal_of
+from clearway.avoidance.rate.fusion import assess_cells
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.errors import ClearwayError
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)

@@ -7,17 +7,17 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.chosen import Basis, Choice
-from clearway.avoidance.from_here import FromHere
-from clearway.avoidance.fusion import CellAssessment
-from clearway.avoidance.goal import Goal
-from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.choose.chosen import Basis, Choice
+from clearway.avoidance.choose.from_here import FromHere
+from clearway.avoidance.choose.passing import Passing
+from clearway.avoidance.clear.hazards import Hazards
 from clearway.avoidance.long_range.resolve import LongRangeChoice
-from clearway.avoidance.passing import Passing
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import ReachAssessment
-from clearway.avoidance.situation import CALM
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.situation import CALM
+from clearway.avoidance.rate.fusion import CellAssessment
+from clearway.avoidance.rate.goal import Goal
+from clearway.avoidance.rate.reach_rating import ReachAssessment
 from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame

@@ -1,8 +1,8 @@
 """A decision that is past: all that is told of it, in a fraction of the memory.
 
 Most of what a decision was derived from is the returns that it kept clear of: hundreds of
-kilobytes. Of a past one they are merged in voxels. Cells and ratings are packed without loss. What
-follows from the own state and the map is worked out again when somebody asks.
+kilobytes. Of a past one they are merged in voxels. Evidence is packed without loss. What follows
+from it, from the own state and from the map is worked out again when somebody asks.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import NoReturn
 
-from clearway.avoidance.chosen import NOTHING_TRIED, Choice
+from clearway.avoidance.choose.chosen import NOTHING_TRIED, Choice
+from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointBins, PointHazards
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.fusion import CellAssessment, Evidence, assess_cells
-from clearway.avoidance.hazards import Hazards, MovingHazards, PointBins, PointHazards
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.rate.fusion import CellAssessment, Evidence, assess_cells
+from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray

@@ -13,14 +13,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from clearway.avoidance.evidence import CountedAs, evidence_of, in_reach, intruder_cells
-from clearway.avoidance.fusion import CellAssessment, Rating, assess_cells, rating_named
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.planner import EvidenceSettings
-from clearway.avoidance.prepared import reach_of
-from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import paths_of
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.clear.verify import paths_of
+from clearway.avoidance.plan.evidence import CountedAs, evidence_of, gather_in_reach, intruder_cells
+from clearway.avoidance.plan.prepared import reach_of
+from clearway.avoidance.plan.settings import EvidenceSettings
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.fusion import CellAssessment, Rating, assess_cells, rating_named
+from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -34,8 +34,7 @@ from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
 from clearway.sensors import Detection, Lidar, Scan, detect
-from clearway.sensors.detection import Rule
-from clearway.sensors.space import SpaceCells, classify_space
+from clearway.sensors.cells.space import SpaceCells, classify_space
 from clearway.traffic import (
     Intruder,
     IntruderCells,
@@ -101,16 +100,14 @@ class RatingSettings(EvidenceSettings):
     """How evidence becomes ratings: as in a decision, but looked at finely."""
 
     accuracy: Accuracy = "fine"
-    detection: Rule = "ratio"
-    """How hits become P_OD."""
 
     __repr__ = brief
 
     @classmethod
-    def of(cls, settings: EvidenceSettings, detection: Rule = "ratio") -> RatingSettings:
+    def of(cls, settings: EvidenceSettings) -> RatingSettings:
         """Those of a decision."""
         same = {one.name: getattr(settings, one.name) for one in fields(EvidenceSettings)}
-        return cls(**same | {"accuracy": "fine", "detection": detection})
+        return cls(**same | {"accuracy": "fine"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,9 +214,9 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
     `notice` is called with sentences about the stored reach sets. Raises ClearwayError when
     nothing leads through the grid.
     """
-    reach_set = reach_set_of(scene, notice)
+    reach_set = load_scene_reach_set(scene, notice)
     situation = situation_of(scene)
-    near = in_reach(
+    near = gather_in_reach(
         scene,
         situation,
         reach_of(paths_of(reach_set), scene.grid.range_m),
@@ -267,7 +264,7 @@ def situation_of(scene: Scene) -> Situation:
     )
 
 
-def automaton_of(scene: Scene) -> MovementAutomaton:
+def build_scene_automaton(scene: Scene) -> MovementAutomaton:
     """What the vehicle of its reach set can do; raises ClearwayError where no grid is for it."""
     movements = scene.grid.range_m / scene.speed_mps
     if movements > MOST_MOVEMENTS:
@@ -291,9 +288,9 @@ def automaton_of(scene: Scene) -> MovementAutomaton:
     )
 
 
-def reach_set_of(scene: Scene, notice: Notice | None = None) -> ReachSet:
+def load_scene_reach_set(scene: Scene, notice: Notice | None = None) -> ReachSet:
     """The scene's reach set: from the user's cache where it is the one for flying."""
-    settings, automaton = scene.reach, automaton_of(scene)
+    settings, automaton = scene.reach, build_scene_automaton(scene)
     pitch = settings.start_pitch_rad
     wanted = float(scene.state.attitude_rad[1]) if pitch is None else pitch
     nearest = min(automaton.start_pitches_rad, key=lambda start: (abs(start - wanted), abs(start)))

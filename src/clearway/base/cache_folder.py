@@ -40,11 +40,11 @@ def cache_folder() -> Path | None:
     from platformdirs import user_cache_dir
 
     folder = Path(user_cache_dir("clearway", appauthor=False))
-    return folder if is_own(folder) else None
+    return folder if is_private_folder(folder) else None
 
 
 @lru_cache(maxsize=64)
-def is_own(folder: Path) -> bool:
+def is_private_folder(folder: Path) -> bool:
     """Whether nobody else can write into a folder; a warning says why not."""
     why = why_refused(folder)
     if why is not None:

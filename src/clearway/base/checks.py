@@ -112,7 +112,7 @@ def are_points(values: Any) -> TypeGuard[FloatArray]:
     return plainly and values.ndim == 2 and values.shape[1] == 3
 
 
-def points_of(name: str, values: Any) -> FloatArray:
+def check_points(name: str, values: Any) -> FloatArray:
     """Places [n, 3] of one [3] or several; masked ones are NaN. Raises ClearwayError for any other
     shape, which laid out anew would be other places, and for what are no numbers."""
     if are_points(values):
@@ -157,7 +157,7 @@ def _article(kind: type) -> str:
     return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 
-def found(problems: Iterable[str | None]) -> list[str]:
+def collect_problems(problems: Iterable[str | None]) -> list[str]:
     """The problems among the outcomes of checks."""
     return [problem for problem in problems if problem is not None]
 

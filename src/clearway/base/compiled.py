@@ -33,7 +33,9 @@ def compiled(function: Function) -> Function:
     return cast(Function, compiled_loop(function))
 
 
-def plain(values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
+def make_plain_array(
+    values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64
+) -> npt.NDArray[Any]:
     """An array of the kind that compiled loops mostly get: writable, C-contiguous, of a type.
 
     For what may be anybody's: of another kind, a loop would be compiled anew. Copies only then.

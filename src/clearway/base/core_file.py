@@ -17,6 +17,8 @@ CORE = "_core.abi3.so"
 STAMP = "_core.stamp"
 MACHINES = {3: "x86", 40: "arm", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
 """Processors by the number that stands in the head of such a file."""
+ELF = b"\x7fELF"
+"""Begins every such file."""
 MACHINE_AT = slice(18, 20)
 """Where in the head it stands."""
 REBUILD = "Type `make core` in the checkout"
@@ -49,7 +51,7 @@ def loop_names() -> frozenset[str]:
 def load_core(base: Path = BASE) -> Any:
     """Return the compiled core; raises CoreError if it is absent, stale or of another machine."""
     changed = changed_sources(base / STAMP, base.parent.parent)
-    if changed:
+    if changed and (base / CORE).is_file():
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
             f"the compiled core is older than {changed[0]}{more}: it would fly other loops than "
@@ -90,6 +92,6 @@ def why_unusable(core: Path, cause: ImportError) -> str:
     with core.open("rb") as file:
         head = file.read(MACHINE_AT.stop)
     built_for = MACHINES.get(int.from_bytes(head[MACHINE_AT], "little"), "another machine")
-    if built_for != platform.machine():
+    if head.startswith(ELF) and built_for != platform.machine():
         return f"{core} is built for {built_for}, this is {platform.machine()}. {REINSTALL}."
     return f"{core} cannot be loaded: {cause}. {REBUILD}, else: {REINSTALL}."

@@ -23,7 +23,7 @@ IN_SPACE = np.ones(3)
 """Likewise in distances in space."""
 
 
-def length_of(vector: FloatArray) -> float:
+def measure_length(vector: FloatArray) -> float:
     """Length of one vector [n]: numpy's norm to the bit, in a third of its time."""
     return math.sqrt(vector.dot(vector))
 
@@ -35,13 +35,13 @@ def world_from_body(attitude_rad: npt.ArrayLike) -> FloatArray:
     """
     attitude = np.asarray(attitude_rad, dtype=np.float64)
     if attitude.ndim == 1:
-        return rotation_of(*attitude.tolist())
-    flat = [rotation_of(*angles) for angles in attitude.reshape(-1, 3)]
+        return compute_rotation(*attitude.tolist())
+    flat = [compute_rotation(*angles) for angles in attitude.reshape(-1, 3)]
     return np.array(flat).reshape(*attitude.shape[:-1], 3, 3)
 
 
 @compiled
-def rotation_of(roll: float, pitch: float, yaw: float) -> Floats2:
+def compute_rotation(roll: float, pitch: float, yaw: float) -> Floats2:
     """[3, 3] (3.37) of one attitude, rad: the product of yaw (3.36), pitch (3.35), roll (3.34)."""
     sin_roll, cos_roll = np.sin(roll), np.cos(roll)
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)

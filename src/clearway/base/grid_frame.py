@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.frames import FloatArray, rotation_of
+from clearway.base.frames import FloatArray, compute_rotation
 from clearway.base.state import State
 
 
@@ -28,7 +28,7 @@ class GridFrame:
     def of(cls, state: State) -> GridFrame:
         _, pitch, yaw = state.attitude_rad.tolist()
         attitude = np.array([0.0, pitch, yaw])
-        return cls(state.position_m, attitude, rotation_of(0.0, pitch, yaw))
+        return cls(state.position_m, attitude, compute_rotation(0.0, pitch, yaw))
 
     @property
     def up(self) -> FloatArray:

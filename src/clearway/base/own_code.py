@@ -25,12 +25,12 @@ from typing import Any
 from clearway.base.errors import ClearwayError, OwnCodeError
 from clearway.base.suggest import MOST_SEEN, did_you_mean
 
-FORM = "module:name"
+OWN_CODE_FORM = "module:name"
 SHOWN = 8
 """Names of a module that a message lists at most."""
 
 
-def is_own(name: str) -> bool:
+def is_own_code(name: str) -> bool:
     """Whether a name is that of a user's function; clearway's own have no colon."""
     return ":" in name
 
@@ -45,7 +45,7 @@ def located(name: str, folder: Path | None = None) -> str:
     return name if file is None else f"{file}:{attribute}"
 
 
-def shown(name: str) -> str:
+def shorten_own_name(name: str) -> str:
     """A name for pictures and tables: of a user's own one the file without its folder."""
     place, colon, attribute = name.rpartition(":")
     return f"{Path(place).name}{colon}{attribute}" if place.endswith(".py") else name
@@ -60,7 +60,7 @@ def load_own(kind: str, name: str, folder: Path | None = None) -> Any:
     label = f"{kind} {name}"
     place, _, attribute = name.rpartition(":")
     if not place or not attribute.isidentifier():
-        raise OwnCodeError(label, f"{name!r} is not {FORM} or file.py:name")
+        raise OwnCodeError(label, f"{name!r} is not {OWN_CODE_FORM} or file.py:name")
     module = _module(label, place, folder)
     if not hasattr(module, attribute):
         raise OwnCodeError(label, _no_such_name(module, attribute))
@@ -88,7 +88,7 @@ def callable_own(label: str, found: Any, takes: Sequence[str]) -> Callable[..., 
     return function
 
 
-def guarded(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
+def guard_call(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
     """The function; what it raises is told as OwnCodeError with file and line."""
 
     @functools.wraps(function, updated=())
@@ -152,7 +152,7 @@ def _module(label: str, place: str, folder: Path | None) -> ModuleType:
         looked = " or ".join(str(each / place) for each in _folders(folder))
         raise OwnCodeError(label, f"no such file: {looked}")
     if file is None and not re.fullmatch(r"[^\W\d]\w*(\.[^\W\d]\w*)*", place):
-        raise OwnCodeError(label, f"{place!r} is no module; valid: {FORM} or file.py:name")
+        raise OwnCodeError(label, f"{place!r} is no module; valid: {OWN_CODE_FORM} or file.py:name")
     try:
         return importlib.import_module(place) if file is None else _from_file(label, file)
     except ClearwayError:

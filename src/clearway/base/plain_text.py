@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Sequence
 
-LONGEST = 500
+LONGEST_MESSAGE = 500
 """Characters of a message."""
 MOST_LINES = 200
 """Problems of a file that the command line tells; of more, nobody mends the last before the first.
@@ -16,7 +16,7 @@ HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Categories of characters that move the cursor, turn the writing round, or are half of one."""
 
 
-def plain(text: str, kept: str = "\n\t") -> str:
+def make_printable(text: str, kept: str = "\n\t") -> str:
     """The text with control characters escaped as Python does, but for those `kept`."""
     if text.isascii() and text.isprintable():
         return text
@@ -28,7 +28,7 @@ def plain(text: str, kept: str = "\n\t") -> str:
     )
 
 
-def cut(text: str, length: int) -> str:
+def shorten(text: str, length: int) -> str:
     """The text, or its beginning and dots where it is longer."""
     return text if len(text) <= length else text[: max(0, length - 3)] + "..."
 
@@ -38,7 +38,7 @@ def some_lines(text: str, length: int) -> str:
     if len(text) <= length:
         return text
     lines = text.split("\n")
-    told, room = [cut(lines[0], length - 20)], length - 20
+    told, room = [shorten(lines[0], length - 20)], length - 20
     for line in lines[1:]:
         if sum(map(len, told)) + len(told) + len(line) > room:
             break
@@ -66,10 +66,10 @@ def shortened(source: str, problems: Sequence[str]) -> str:
     """
     if len(source) > LONGEST_SOURCE:
         source = "..." + source[3 - LONGEST_SOURCE :]
-    lines = [f"{source}: {plain(problem)}" for problem in problems[:LONGEST]]
-    if len(problems) <= LONGEST and len(whole := "\n".join(lines)) <= LONGEST:
+    lines = [f"{source}: {make_printable(problem)}" for problem in problems[:LONGEST_MESSAGE]]
+    if len(problems) <= LONGEST_MESSAGE and len(whole := "\n".join(lines)) <= LONGEST_MESSAGE:
         return whole
-    room = LONGEST - len(f"\n{source}: and {len(problems)} more")
+    room = LONGEST_MESSAGE - len(f"\n{source}: and {len(problems)} more")
     told: list[str] = []
     for line in lines:
         if told and sum(map(len, told)) + len(told) + len(line) > room:
@@ -77,5 +77,5 @@ def shortened(source: str, problems: Sequence[str]) -> str:
         told.append(line)
     left = len(problems) - len(told)
     if left:
-        return "\n".join([cut(told[0], room), *told[1:], f"{source}: and {left} more"])
-    return cut(told[0], LONGEST)
+        return "\n".join([shorten(told[0], room), *told[1:], f"{source}: and {left} more"])
+    return shorten(told[0], LONGEST_MESSAGE)

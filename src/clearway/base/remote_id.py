@@ -21,6 +21,6 @@ def remote_address(identity: bytes) -> int:
     return ANONYMOUS | zlib.crc32(bytes(identity).rstrip(b"\0")) & (ANONYMOUS - 1)
 
 
-def is_own(identity: bytes) -> bool:
+def is_own_message(identity: bytes) -> bool:
     """Whether a message is the vehicle's own, on its way to its sender: it names nobody."""
     return not any(identity)

@@ -14,14 +14,14 @@ from clearway.base.arrays import IntArray as IntArray
 from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
-    found,
+    collect_problems,
     number_problem,
     take_floats,
     time_problem,
     vector_problem,
 )
 from clearway.base.errors import InputError
-from clearway.base.frames import rotation_of
+from clearway.base.frames import compute_rotation
 
 MOST_RAD = 1e6
 """No attitude is turned farther, be it counted on from turn to turn."""
@@ -77,7 +77,7 @@ class State:
         # Every reading and every decision makes some: what is in order is gone through once.
         position = frozen_three(self.position_m)
         attitude = frozen_three(self.attitude_rad, MOST_RAD)
-        numbers = found(
+        numbers = collect_problems(
             (
                 time_problem("time_s", self.time_s),
                 number_problem("position_std_m", self.position_std_m),
@@ -85,7 +85,7 @@ class State:
             )
         )
         if position is None or attitude is None or numbers:
-            places = found(
+            places = collect_problems(
                 (
                     vector_problem("position_m", self.position_m, 3),
                     vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
@@ -104,7 +104,7 @@ class State:
     @property
     def world_from_body(self) -> FloatArray:
         """[3, 3] rotation (3.37)."""
-        return rotation_of(*self.attitude_rad.tolist())
+        return compute_rotation(*self.attitude_rad.tolist())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

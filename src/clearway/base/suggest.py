@@ -16,11 +16,11 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
 
     A family of worlds keeps its seed: of "forrest:3" the part before the colon is compared.
     """
-    near = nearest(word.partition(":")[0], choices)
+    near = suggest_nearest(word.partition(":")[0], choices)
     return f" (did you mean {near!r}?)" if near is not None else ""
 
 
-def nearest(word: str, choices: Iterable[str]) -> str | None:
+def suggest_nearest(word: str, choices: Iterable[str]) -> str | None:
     """The choice that is most like a word; None where none is."""
     known = {choice.lower(): choice for choice in islice(choices, MOST_SEEN)}
     close = difflib.get_close_matches(word.lower(), known, n=1)
@@ -40,6 +40,6 @@ def file_nearby(path: str | Path) -> str:
     # An ending alone is no likeness: stems are compared.
     alike = {Path(one).stem: one for one in there if Path(one).suffix == wanted.suffix}
     same = (one for one in there if Path(one).stem.lower() == wanted.stem.lower())
-    near = nearest(wanted.stem, alike)
+    near = suggest_nearest(wanted.stem, alike)
     name = alike[near] if near is not None else next(same, None)
     return "" if name is None else f" (did you mean {str(wanted.with_name(name))!r}?)"

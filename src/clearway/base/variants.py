@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from clearway.base.errors import ClearwayError
-from clearway.base.own_code import FORM, callable_own, is_own, load_own, located
+from clearway.base.own_code import OWN_CODE_FORM, callable_own, is_own_code, load_own, located
 from clearway.base.suggest import did_you_mean
 
 V = TypeVar("V")
@@ -55,7 +55,7 @@ class Variants(Mapping[str, V], Generic[V]):
         """
         if name in self.built_in:
             return self.built_in[name]
-        if self._fit is None or not is_own(name):
+        if self._fit is None or not is_own_code(name):
             near = did_you_mean(name, self.built_in)
             valid = f"valid {self.kind}s are {self.choices}"
             raise ClearwayError(f"{self.kind} {name!r}{near}: {valid}")
@@ -83,8 +83,8 @@ class Variants(Mapping[str, V], Generic[V]):
     @property
     def choices(self) -> str:
         """What is valid, in words."""
-        own = [f"your own as {FORM}"] if self.takes_own else []
-        return in_words([*self.built_in, *own])
+        own = [f"your own as {OWN_CODE_FORM}"] if self.takes_own else []
+        return join_choices([*self.built_in, *own])
 
 
 def fitting(*takes: str) -> Fit[Any]:
@@ -92,7 +92,7 @@ def fitting(*takes: str) -> Fit[Any]:
     return lambda label, found: callable_own(label, found, takes)
 
 
-def in_words(names: list[str]) -> str:
+def join_choices(names: list[str]) -> str:
     """a, b or c."""
     *first, last = names
     return f"{', '.join(first)} or {last}" if first else last

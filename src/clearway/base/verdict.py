@@ -24,7 +24,7 @@ def at_most(low: float, high: float, limit: float) -> DemandVerdict:
     return DemandVerdict.MISSED if low > limit else DemandVerdict.NOT_SHOWN
 
 
-def at_least(low: float, high: float, need: float) -> DemandVerdict:
+def judge_at_least(low: float, high: float, need: float) -> DemandVerdict:
     """Of a figure that must not fall below a need; ends that are no numbers show nothing."""
     if low >= need:
         return DemandVerdict.SHOWN

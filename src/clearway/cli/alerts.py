@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, say, show, sourced
+from clearway.cli.report import print_json, print_words, say, sourced
 
 MOST_LINES = 20
 """Of what is not judged."""
@@ -66,7 +66,7 @@ def alerts(
     if as_json:
         print_json(told)
     else:
-        show("\n".join(_lines(history, recording.clock)))
+        print_words("\n".join(_lines(history, recording.clock)))
     if folder is not None:
         from clearway.view.plot.alerts import draw_alerts
         from clearway.view.plot.style import house_style

@@ -31,10 +31,10 @@ from clearway.cli.interrupts import end_soon_on_interrupt
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
-from clearway.cli.reach_compare import compare as compare_reach_sets
+from clearway.cli.reach_compare import compare_reach_methods as compare_reach_sets
 from clearway.cli.reach_set import reach_set
 from clearway.cli.replay import replay
-from clearway.cli.report import run, run_guarded
+from clearway.cli.report import run_guarded, run_program
 from clearway.cli.reproduce import reproduce
 from clearway.cli.risk import risk
 from clearway.cli.ros2 import ros2
@@ -105,7 +105,7 @@ def main() -> None:
     end_soon_on_interrupt()
     began_as(sys.argv[1:])
     atexit.register(_free_nothing)
-    run(_only(next(iter(sys.argv[1:]), "")))
+    run_program(_only(next(iter(sys.argv[1:]), "")))
 
 
 def _free_nothing() -> None:

@@ -11,7 +11,7 @@ import typer
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FASTEST_MPS
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, say, show, sourced
+from clearway.cli.report import print_json, print_words, say, sourced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,12 +172,12 @@ def assess(
         "reach_set": {"method": method, "speed_mps": speed},
         "rating": {"name": rating, "unknown": unknown, "detection": detection},
     }
-    from clearway.io.public_data import found
+    from clearway.io.public_data import find_public_data
 
     pictures = drawn.pictures_of(form, dpi)
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
-    scan = None if scan is None else found(scan)
+    scan = None if scan is None else find_public_data(scan)
     read = _read(scene, scan, _given(overrides))
     kind = "play" if every else "assess"
     folder = ResultsFolder.checked(
@@ -197,7 +197,7 @@ def assess(
     if as_json:
         print_json(result)
     else:
-        show(words)
+        print_words(words)
     written = _write(read, result, draw if plots else None, folder, pictures)
     say(f"wrote {', '.join(written)} to {folder.path}")
 
@@ -205,7 +205,7 @@ def assess(
 def _assessed(read: SceneInput) -> Outcome:
     """One moment, cell by cell."""
     from clearway.avoidance.scene import assess_scene
-    from clearway.cli.assess_words import in_words
+    from clearway.cli.assess_words import describe_assessment
     from clearway.missions.scene_result import scene_result
 
     assessment = assess_scene(read.scene, notice=say)
@@ -214,12 +214,12 @@ def _assessed(read: SceneInput) -> Outcome:
         if left_out and not left_out.keys() & {"kept", "outside"}:
             told = ", ".join(f"{n} {why}" for why, n in left_out.items())
             say(f"{read.scene.name}: not one return of a scan is kept, nothing seen counts: {told}")
-    return scene_result(assessment), in_words(assessment), lambda: _figures(assessment)
+    return scene_result(assessment), describe_assessment(assessment), lambda: _figures(assessment)
 
 
 def _played(read: SceneInput) -> Outcome:
     """Every scan of a recording, and what is decided at each."""
-    from clearway.missions.played_result import in_words, played_result, scan_result
+    from clearway.missions.played_result import describe_playback, played_result, scan_result
     from clearway.missions.played_scene import play_scene
     from clearway.view.plot.playback import draw_playback
 
@@ -229,7 +229,7 @@ def _played(read: SceneInput) -> Outcome:
             say(note)
     scans = [scan_result(index, played) for index, played in playback.scans]
     result = played_result(read.scene.name, playback, scans)
-    return result, in_words(result), lambda: {"playback": draw_playback(result)}
+    return result, describe_playback(result), lambda: {"playback": draw_playback(result)}
 
 
 def _which(at: str | None) -> int | str | None:

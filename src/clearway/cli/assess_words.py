@@ -11,7 +11,7 @@ from clearway.avoidance.scene import SceneAssessment
 from clearway.missions.recorded_scan import beams_in_words
 
 
-def in_words(assessment: SceneAssessment) -> str:
+def describe_assessment(assessment: SceneAssessment) -> str:
     """A page of text."""
     scene, reach, reach_set = assessment.scene, assessment.reach, assessment.reach_set
     grid, evidence = scene.grid, assessment.cells.evidence

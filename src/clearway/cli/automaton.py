@@ -48,7 +48,7 @@ def measure(
     from clearway.missions.automaton_file import automaton_file, write_automaton
     from clearway.sim.plants import PLANTS
     from clearway.sim.plants.measuring import MeasureSettings
-    from clearway.sim.plants.measuring import measure as measured_of
+    from clearway.sim.plants.measuring import measure_plant as measured_of
 
     kind = PLANTS.named(plant)
     if kind.movements is None:

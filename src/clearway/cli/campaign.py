@@ -129,7 +129,7 @@ def campaign(
 
 
 def _list(as_json: bool) -> None:
-    from clearway.studies.campaigns.families import FAMILIES
+    from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 
     if as_json:
         families = [
@@ -138,11 +138,11 @@ def _list(as_json: bool) -> None:
                 "about": family.about,
                 "parameters": list(family.parameters.model_fields),
             }
-            for name, family in FAMILIES.items()
+            for name, family in CAMPAIGN_FAMILIES.items()
         ]
         print_json({"families": families})
         return
-    for name, family in FAMILIES.items():
+    for name, family in CAMPAIGN_FAMILIES.items():
         print(f"{name:<12}{family.about}")
         for parameter in family.parameters.model_fields:
             print(f"{'':<14}{parameter}")
@@ -151,7 +151,7 @@ def _list(as_json: bool) -> None:
 def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     from clearway.base.errors import InputError
     from clearway.base.suggest import did_you_mean
-    from clearway.studies.campaigns.engines import in_processes, on_cluster
+    from clearway.studies.campaigns.engines import make_process_engine, on_cluster
 
     if name not in ENGINES:
         near = did_you_mean(name, ENGINES)
@@ -159,7 +159,7 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     if name == "processes":
         if scheduler is not None:
             raise InputError("--scheduler", "is for --engine dask")
-        return in_processes(workers or os.cpu_count() or 1)
+        return make_process_engine(workers or os.cpu_count() or 1)
     if scheduler is None:
         raise InputError("--engine dask", "needs --scheduler with the address of one")
     if workers is not None:
@@ -209,12 +209,12 @@ def _print(
     as_json: bool,
     more: dict[str, Any],
 ) -> None:
-    from clearway.cli.campaign_table import as_values, print_tables
+    from clearway.cli.campaign_table import print_campaign, summarize_campaign
 
     if as_json:
-        print_json({**as_values(rows, settings, skipped), **more})
+        print_json({**summarize_campaign(rows, settings, skipped), **more})
     else:
-        print_tables(rows, settings, skipped)
+        print_campaign(rows, settings, skipped)
 
 
 def _put(

@@ -20,8 +20,8 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from clearway.cli.fly import flown_with_bar
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.campaigns.run import RESULTS, chosen
-    from clearway.studies.campaigns.summary import in_words
-    from clearway.studies.campaigns.task import Spent, case_of, row_of, tasks_of
+    from clearway.studies.campaigns.summary import describe_flight
+    from clearway.studies.campaigns.task import Spent, case_of, make_flight_row, tasks_of
     from clearway.view.plot.style import Pictures
 
     task = chosen(tasks_of(asked), key)[0]
@@ -30,14 +30,14 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     case = case_of(task)
     case.setup.refuse_impossible()
     run = flown_with_bar(case.setup, task.planner, Path(task.folder))
-    row = row_of(task, run, Spent(0.0, 0.0))
+    row = make_flight_row(task, run, Spent(0.0, 0.0))
     before = _row_before(folder / RESULTS, task.key)
     other = _differences(before, row)
     if as_json:
         flight = asdict(row)
         print_json({"flight": flight, "compared": before is not None, "differs_in": other})
     else:
-        print(f"{task.key} {in_words(row)}")
+        print(f"{task.key} {describe_flight(row)}")
     write_flight(run, case.setup, case.file, results)
     draw_pictures(run, case.setup, case.file, results, Pictures())
     if before is None:

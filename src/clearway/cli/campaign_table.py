@@ -10,13 +10,13 @@ import numpy as np
 from clearway.base.intervals import Interval
 from clearway.io.json_values import finite
 from clearway.sim.baselines import NOT_APPLICABLE
-from clearway.studies.campaigns.pages import beside, mean_in_words
+from clearway.studies.campaigns.pages import explain_planners, mean_in_words
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
     Rate,
+    describe_flight,
     failures,
-    in_words,
     seconds,
     standings,
 )
@@ -26,7 +26,7 @@ AVOIDING = ("safe", "crashed", "lost_margin", "nearest_min_m", "nearest_median_m
 """What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
-def as_values(
+def summarize_campaign(
     rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
 ) -> dict[str, Any]:
     """Planners by family, where the first is not first, and all failures."""
@@ -39,7 +39,12 @@ def as_values(
         "table": [_values(standing) for standing in table],
         "not_first": [each._asdict() for each in seconds(rows)],
         "failures": [
-            {"key": row.key, "outcome": row.outcome, "what": in_words(row), "replay": row.replay}
+            {
+                "key": row.key,
+                "outcome": row.outcome,
+                "what": describe_flight(row),
+                "replay": row.replay,
+            }
             for row in failures(rows)
         ],
     }
@@ -70,7 +75,7 @@ def _mean_values(mean: Interval) -> dict[str, Any]:
     return {"mean": finite(mean.value), "bootstrap_95": [finite(mean.low), finite(mean.high)]}
 
 
-def print_tables(
+def print_campaign(
     rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
 ) -> None:
     """Families one after the other, then failures with the commands that show them."""
@@ -97,7 +102,7 @@ def print_tables(
     Console(width=185).print(table)
     print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
     print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
-    for line in beside(rows):
+    for line in explain_planners(rows):
         print(line)
     for label, why in skipped.items():
         print(f"skipped {label}: {why}")
@@ -136,7 +141,7 @@ def _print_failures(rows: Sequence[FlightRow]) -> None:
     failed = failures(rows)
     own = [row for row in failed if row.planner == first]
     for row in own[:FAILURES_SHOWN]:
-        print(f"{row.key} {in_words(row)}; see it with {row.replay}")
+        print(f"{row.key} {describe_flight(row)}; see it with {row.replay}")
     if len(own) > FAILURES_SHOWN:
         print(f"{len(own) - FAILURES_SHOWN} more of {first}")
     others = [row for row in failed if row.planner != first]

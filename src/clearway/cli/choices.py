@@ -11,13 +11,13 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
-from clearway.base.variants import in_words
+from clearway.base.variants import join_choices
 from clearway.cli.empty_paths import refuse_empty
 from clearway.cli.numbers import refuse_absurd
 
 
 def _ratings() -> str:
-    from clearway.avoidance.fusion import RATINGS
+    from clearway.avoidance.rate.fusion import RATINGS
 
     return RATINGS.choices
 
@@ -29,7 +29,7 @@ def _methods() -> str:
 
 
 def _detection() -> str:
-    from clearway.sensors.detection import RULES
+    from clearway.sensors.cells.detection import RULES
 
     return RULES.choices
 
@@ -59,39 +59,39 @@ def _missions() -> str:
 
 
 def _clouds() -> str:
-    from clearway.io.scans.scan_formats import FORMATS
+    from clearway.io.scans.scan_formats import SCAN_FORMATS
 
-    return ", ".join(suffix for one in FORMATS if one.cloud for suffix in one.suffixes)
+    return ", ".join(suffix for one in SCAN_FORMATS if one.cloud for suffix in one.suffixes)
 
 
 def _recordings() -> str:
-    from clearway.io.scans.scan_formats import FORMATS
+    from clearway.io.scans.scan_formats import SCAN_FORMATS
 
-    return ", ".join(suffix for one in FORMATS if one.scans for suffix in one.suffixes)
+    return ", ".join(suffix for one in SCAN_FORMATS if one.scans for suffix in one.suffixes)
 
 
 def _poses() -> str:
-    from clearway.io.poses.pose_file import FORMATS
+    from clearway.io.poses.pose_file import POSE_FORMATS
 
-    return ", ".join(one.name for one in FORMATS)
+    return ", ".join(one.name for one in POSE_FORMATS)
 
 
 def _traffic() -> str:
-    from clearway.io.traffic.traffic_formats import FORMATS
+    from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS
 
-    return ", ".join(one.name for one in FORMATS)
+    return ", ".join(one.name for one in TRAFFIC_FORMATS)
 
 
 def _maps() -> str:
-    from clearway.io.maps.map_formats import FORMATS
+    from clearway.io.maps.map_formats import MAP_FORMATS
 
-    return "; ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
+    return "; ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in MAP_FORMATS)
 
 
 def _plans() -> str:
     from clearway.missions.planned import PLANS
 
-    return in_words(list(PLANS))
+    return join_choices(list(PLANS))
 
 
 def _volumes() -> str:

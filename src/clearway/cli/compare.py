@@ -57,7 +57,7 @@ def compare(
 ) -> None:
     """Fly several planners: exit status 0 if the first of them was safe in every flight."""
     from clearway.io.results_folder import ResultsFolder
-    from clearway.studies.comparison import standing
+    from clearway.studies.comparison import sum_up_planner
 
     beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     names = _names(planners, beside)
@@ -66,7 +66,7 @@ def compare(
     )
     setup_of = _setups(mission)
     flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
-    standings = [standing([each for each in flown if each.planner == name]) for name in names]
+    standings = [sum_up_planner([each for each in flown if each.planner == name]) for name in names]
     result = _result(mission, standings, flown)
     if as_json:
         print_json(result)
@@ -96,9 +96,9 @@ def _setups(mission: str) -> SetupOf:
 
     from clearway.missions.setup import prepare
     from clearway.missions.world_file import read_mission
-    from clearway.sim.worlds import FAMILIES
+    from clearway.sim.worlds import WORLD_FAMILIES
 
-    made = mission in FAMILIES
+    made = mission in WORLD_FAMILIES
     file = read_mission(f"{mission}:0" if made else mission)
     say("preparing reach sets and sensors")
 
@@ -188,7 +188,7 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from clearway.base.own_code import shown
+    from clearway.base.own_code import shorten_own_name
     from clearway.sim.baselines import NOT_APPLICABLE
     from clearway.sim.baselines.notes import not_known, shared
 
@@ -213,7 +213,7 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
         }
         if row.hidden:
             cells |= dict.fromkeys(AVOIDING, NOT_APPLICABLE)
-        table.add_row(shown(row.planner), *cells.values())
+        table.add_row(shorten_own_name(row.planner), *cells.values())
     Console(width=130).print(table)
     for line in not_known((row.planner, row.hidden) for row in standings):
         print(line)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import print_json, say, show
+from clearway.cli.report import print_json, print_words, say
 
 if TYPE_CHECKING:
     from clearway.io.public_data import PublicFile
@@ -51,7 +51,7 @@ def data(
         print_json({"files": files})
         return
     for one in chosen:
-        show(
+        print_words(
             f"{one.name}\n  {one.about}; for {one.used_by}\n  {one.licence}\n  {one.address}\n"
             f"  sha256 {one.sha256}"
         )

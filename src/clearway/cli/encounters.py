@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.base.verdict import DemandVerdict
 from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
@@ -234,7 +234,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
             f"{100.0 * tally.required:g} %: {tally.verdict}",
         )
         table.add_row(
-            *(tally.settings.in_words, shown(tally.planner))[: len(texts)],
+            *(tally.settings.in_words, shorten_own_name(tally.planner))[: len(texts)],
             str(len(tally.outcomes)),
             str(tally.avoidable),
             *([NOT_APPLICABLE] * len(kept) if tally.hidden else kept),
@@ -292,13 +292,13 @@ def _fly_one(
     """Fly one encounter and say what was decided when."""
     from clearway.base.errors import InputError
     from clearway.studies.encounters.encounter import random_encounter
-    from clearway.studies.encounters.flights import fly_encounter, outcome_of
+    from clearway.studies.encounters.flights import fly_encounter, judge_encounter
 
     if len(planners) > 1:
         raise InputError("--only", "tells of one flight: give one --planner")
     encounter = random_encounter(seed, settings)
     run = fly_encounter(encounter, settings, planners[0])
-    outcome = outcome_of(encounter, settings, run)
+    outcome = judge_encounter(encounter, settings, run)
     if as_json:
         print_json(
             {

@@ -11,7 +11,7 @@ from clearway.cli import film_options as filmed
 from clearway.cli import picture_options as drawn
 from clearway.cli.flight_files import draw_pictures, write_flight
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say, show
+from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, print_words, say
 
 if TYPE_CHECKING:
     from clearway.live.mission import Progress as MissionProgress
@@ -80,7 +80,7 @@ def fly(
 ) -> None:
     """Fly a mission in simulation: exit status 0 if reached without violation, 1 if not."""
     from clearway.io.results_folder import ResultsFolder
-    from clearway.io.staging import folder_of
+    from clearway.io.staging import name_results_folder
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
     from clearway.sim.baselines import known_planner
@@ -92,7 +92,9 @@ def fly(
     if parquet:
         check_tables()
     file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
-    folder = ResultsFolder.checked(out or folder_of(file.mission.name), "fly", file.mission.name)
+    folder = ResultsFolder.checked(
+        out or name_results_folder(file.mission.name), "fly", file.mission.name
+    )
     say("preparing reach sets and sensors")
     setup = prepare(file, say)
     notes = (*setup.notes, *setup.doubts)
@@ -106,7 +108,7 @@ def fly(
     if as_json:
         print_json(run.summary() | {"notes": list(notes)})
     else:
-        show(_in_words(run))
+        print_words(_in_words(run))
     write_flight(run, setup, file, folder, mcap=mcap, parquet=parquet, scans=scans or ())
     if plots:
         draw_pictures(run, setup, file, folder, pictures)

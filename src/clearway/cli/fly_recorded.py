@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, show, sourced
+from clearway.cli.report import NOT_REACHED, leave, print_json, print_words, say, sourced
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -43,7 +43,7 @@ def fly_recorded(
     Raises InputError for a number, or an aircraft, that is not there.
     """
     from clearway.io.results_folder import ResultsFolder
-    from clearway.io.staging import folder_of
+    from clearway.io.staging import name_results_folder
     from clearway.missions.encounter_mission import mission_name
     from clearway.missions.in_place import fly_in_place
     from clearway.missions.in_place_result import in_place_result
@@ -60,7 +60,7 @@ def fly_recorded(
     own = own or picture.own_address
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
     name = mission_name(part)
-    folder = ResultsFolder.checked(out or folder_of(name), "traffic --fly", name)
+    folder = ResultsFolder.checked(out or name_results_folder(name), "traffic --fly", name)
     say("preparing reach sets")
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
@@ -70,7 +70,7 @@ def fly_recorded(
     if as_json:
         print_json(result)
     else:
-        show(_in_words(result))
+        print_words(_in_words(result))
     _write(found, result, folder)
     _draw(found, folder, pictures)
     if not found.run.safe:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import mavlink_options, ros2_bus
-from clearway.cli.guard_words import GuardWatch, guarded, in_words, told_by
+from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard, told_by
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_unusable
+from clearway.cli.ros2_bus import BUS_CHECK_S, bus_for, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
@@ -78,7 +78,7 @@ def guard(
     ] = False,
 ) -> None:
     """Let commands pass while a way out is behind them, else fly the nearest that is safe."""
-    listens_s = CHECKED_S if connect is None else ASKED_S
+    listens_s = BUS_CHECK_S if connect is None else ASKED_S
     lasts = listens_s if check and duration is None else duration
     if connect is None:
         refuse_unusable(backend, bag)
@@ -117,12 +117,12 @@ def guard(
         over = partial(getattr, getattr(link, "bus", None), "ended", False)
         with stop_rule(lasts, ended=over) as stop:
             report = loop.run(stop, GuardWatch().show)
-        result = guarded(session, report) | told_by(link)
+        result = summarize_guard(session, report) | told_by(link)
         missing = link.missing() if check or connect is None else []
     if as_json:
         print_json(sourced(result | {"missing": missing}))
     else:
-        print(in_words(result))
+        print(describe_guard(result))
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
     if missing if check else not result["wishes"]:
@@ -140,7 +140,7 @@ def _on_topics(
     check: bool,
 ) -> tuple[Loop, Any]:
     from clearway.ros2.parameters import Names, read_parameters
-    from clearway.ros2.setup import set_up_guard
+    from clearway.ros2.setup import set_up_ros2_guard
 
     given = read_parameters(Path(what), namespace=namespace)
     changed: dict[str, object] = {"act": False} if check else {}
@@ -152,15 +152,15 @@ def _on_topics(
     def open_bus() -> TopicBus:
         return bus_for(bag, backend, domain, namespace)
 
-    return set_up_guard(
+    return set_up_ros2_guard(
         given.model_copy(update=changed), Names(namespace, remap=remap), open_bus, say
     )
 
 
 def _on_mavlink(what: str, options: Any, terms: Any) -> tuple[Loop, Any]:
     from clearway.mavlink.dialect import dialect
-    from clearway.mavlink.guard_link import set_up_guard
+    from clearway.mavlink.guard_link import set_up_mavlink_guard
     from clearway.missions.mission_file import read_mission_file
 
     dialect()
-    return set_up_guard(read_mission_file(what, say), options, terms, say)
+    return set_up_mavlink_guard(read_mission_file(what, say), options, terms, say)

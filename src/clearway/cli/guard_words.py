@@ -43,7 +43,7 @@ class GuardWatch:
         print(f"{at}  {outcome.state}{why}{said}", file=sys.stderr, flush=True)
 
 
-def guarded(session: GuardSession, report: LoopReport) -> dict[str, Any]:
+def summarize_guard(session: GuardSession, report: LoopReport) -> dict[str, Any]:
     tally = session.tally
     return {
         "acting": session.terms.act,
@@ -70,7 +70,7 @@ def told_by(link: Any) -> dict[str, Any]:
     return {"heard": dict(received), "refused": dict(refused), "sent": sent}
 
 
-def in_words(result: dict[str, Any]) -> str:
+def describe_guard(result: dict[str, Any]) -> str:
     lines = [
         f"guardian   {'acting' if result['acting'] else 'read-only'}; the link at the end: "
         f"{result['state']}",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, say, show
+from clearway.cli.report import print_json, print_words, say
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -61,13 +61,13 @@ def show_map(
 ) -> None:
     """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
     from clearway.io.maps.maps import read_maps
-    from clearway.io.moments import moment
+    from clearway.io.moments import parse_moment
     from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import RESULTS
 
     pictures = drawn.pictures_of(form, dpi)
     folder = ResultsFolder.checked(out or RESULTS / "map", "map", "") if plots else None
-    when = None if at is None else moment("--at", at)
+    when = None if at is None else parse_moment("--at", at)
     maps = read_maps(files, _origin(origin), point_radius_m=radius, crs=crs)
     for one in maps:
         if one.is_empty:
@@ -75,7 +75,7 @@ def show_map(
     if as_json:
         print_json(_as_json(maps, when))
     else:
-        show("\n\n".join(_in_words(one, when) for one in maps))
+        print_words("\n\n".join(_in_words(one, when) for one in maps))
     if folder is not None:
         say(f"wrote {_draw(maps, when, folder, pictures)} to {folder.path}")
 

@@ -92,7 +92,7 @@ def mavlink(
         return
     if mission is None:
         raise typer.BadParameter("a mission is needed, but for --download")
-    from clearway.mavlink.setup import SessionOptions, set_up
+    from clearway.mavlink.setup import SessionOptions, set_up_mavlink
     from clearway.missions.mission_file import read_mission_file
 
     file = read_mission_file(mission, say)
@@ -115,7 +115,7 @@ def mavlink(
         speedup=None if lock_step else speedup,
         ask=ask or check,
     )
-    loop, link = set_up(file, options, say)
+    loop, link = set_up_mavlink(file, options, say)
     if check:
         _check(loop, link, duration, as_json=as_json)
         return
@@ -131,9 +131,9 @@ def _check(
     loop: Loop, link: MavlinkLink[Session], duration: float | None, *, as_json: bool
 ) -> None:
     """Listen and ask for a while, and tell what is wrong; exit status 1 where anything is."""
-    from clearway.mavlink.check import CHECKED_S, problems
+    from clearway.mavlink.check import LINK_CHECK_S, problems
 
-    lasts = CHECKED_S if duration is None else duration
+    lasts = LINK_CHECK_S if duration is None else duration
     with ExitStack() as stack:
         stack.callback(link.close)
         loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from clearway.base.plain_text import plain
+from clearway.base.plain_text import make_printable
 from clearway.cli.report import say
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Bar:
         if console is not None and console.is_terminal:
             from rich.text import Text
 
-            console.print(Text(plain(line), style=colour))
+            console.print(Text(make_printable(line), style=colour))
         else:
             say(line)
 
@@ -71,7 +71,9 @@ def progress_bar(
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
-        yield Bar((progress, progress.add_task(plain(name, ""), total=total, status=status)))
+        yield Bar(
+            (progress, progress.add_task(make_printable(name, ""), total=total, status=status))
+        )
 
 
 def _column(what: Beside) -> ProgressColumn:

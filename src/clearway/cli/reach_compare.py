@@ -12,13 +12,13 @@ from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
-    from clearway.reach.comparison import Comparison, MethodRow
+    from clearway.reach.compare.comparison import Comparison, MethodRow
     from clearway.view.plot.style import Pictures
 
 ESTIMATE = "Full reach set"
 
 
-def compare(
+def compare_reach_methods(
     layers: given.Layers = 15,
     range_m: given.RangeM = None,
     columns: given.Columns = 7,
@@ -44,11 +44,13 @@ def compare(
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
     """Measure every method on one grid, beside the paper's table 6.1."""
-    from clearway.reach.comparison import compare as compared
+    from clearway.reach.compare.comparison import compare_methods as compared
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = given.folder_of(out, "reach-set-compare") if plots else None
-    automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    folder = given.check_picture_folder(out, "reach-set-compare") if plots else None
+    automaton = given.build_option_automaton(
+        speed, turn_step_deg, duration, pitch_limit_deg, movements
+    )
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
     )
@@ -64,7 +66,7 @@ def compare(
 
 
 def _draw(result: Comparison, folder: ResultsFolder, pictures: Pictures) -> None:
-    from clearway.reach.comparison import over_spreads
+    from clearway.reach.compare.comparison import over_spreads
     from clearway.view.plot.reach import draw_reach_set_views
     from clearway.view.plot.reach_compare import draw_spreads
     from clearway.view.plot.style import house_style
@@ -132,7 +134,7 @@ def _row_as_json(row: MethodRow, result: Comparison) -> dict[str, Any]:
 
 def _equations(result: Comparison) -> list[tuple[str, float, str]]:
     """Eqs. (6.4)-(6.7): name, value, and in words."""
-    from clearway.reach.comparison import bound_6_5
+    from clearway.reach.compare.comparison import bound_6_5
 
     moves, cells = len(result.automaton.movements), result.grid.cells
     full = float(sum(moves**depth for depth in range(1, result.grid.layers + 1)))

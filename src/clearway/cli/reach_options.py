@@ -63,7 +63,7 @@ Plots = Annotated[
 ]
 
 
-def folder_of(out: Path | None, name: str) -> ResultsFolder:
+def check_picture_folder(out: Path | None, name: str) -> ResultsFolder:
     """Where pictures go, beside those that are there; looked at before any work."""
     from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import RESULTS
@@ -71,7 +71,7 @@ def folder_of(out: Path | None, name: str) -> ResultsFolder:
     return ResultsFolder.checked(out or RESULTS / name, name, "", adds=True)
 
 
-def automaton_of(
+def build_option_automaton(
     speed_mps: float, turn_step_deg: float, duration_s: float, pitch_limit_deg: str, movements: int
 ) -> MovementAutomaton:
     """The plane's automaton of command-line values; raises ClearwayError naming the option."""

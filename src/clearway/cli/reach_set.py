@@ -15,7 +15,7 @@ from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
-    from clearway.reach.coverage import Coverage
+    from clearway.reach.choose.coverage import Coverage
     from clearway.reach.tree import ReachSet
     from clearway.vehicle.automaton import MovementAutomaton
     from clearway.view.plot.style import Pictures
@@ -57,13 +57,15 @@ def reach_set(
     """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
     if context.invoked_subcommand is not None:
         return
-    from clearway.reach.coverage import measure
-    from clearway.reach.lattice import movements_deep
+    from clearway.reach.choose.coverage import measure_coverage
+    from clearway.reach.expand.lattice import movements_deep
     from clearway.reach.sets import build_reach_set
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = given.folder_of(out, "reach-set") if plots else None
-    automaton = given.automaton_of(speed, turn_step_deg, duration, pitch_limit_deg, movements)
+    folder = given.check_picture_folder(out, "reach-set") if plots else None
+    automaton = given.build_option_automaton(
+        speed, turn_step_deg, duration, pitch_limit_deg, movements
+    )
     grid = given.grid_of(
         range_m, speed * duration, layers, azimuth_deg, columns, elevation_deg, rows
     )
@@ -77,7 +79,7 @@ def reach_set(
         automaton, grid, method=method, start_pitch_rad=start_pitch_rad, **tuning
     )
     build_s = time.perf_counter() - began
-    coverage = measure(tree)
+    coverage = measure_coverage(tree)
     if as_json:
         print_json(_as_json(method, tree, automaton, coverage, build_s))
     else:

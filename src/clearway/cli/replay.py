@@ -112,7 +112,7 @@ def _write(text: str, path: Path) -> None:
 def _serve(page: str, port: int, browser: bool, result: dict[str, Any] | None) -> None:
     import webbrowser
 
-    from clearway.view.replay.serving import serve
+    from clearway.view.replay.serving import serve_page
 
     def ready(address: str) -> None:
         if result is not None:
@@ -121,4 +121,4 @@ def _serve(page: str, port: int, browser: bool, result: dict[str, Any] | None) -
         if browser and not webbrowser.open(address):
             say("no browser could be opened; open the address yourself")
 
-    serve(page, port, ready)
+    serve_page(page, port, ready)

@@ -22,7 +22,7 @@ from clearway.base.errors import (
     SeveralErrors,
     refuse_special,
 )
-from clearway.base.plain_text import LONGEST, cut, in_full, plain, some_lines
+from clearway.base.plain_text import LONGEST_MESSAGE, in_full, make_printable, shorten, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
 from clearway.cli.output import READER_GONE, taken_over
@@ -82,7 +82,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             what = "memory" if isinstance(error, MemoryError) else "depth"
             files = ", ".join(str(name) for name in _names(given) if os.path.isfile(name))
             files = files or "what was asked for"
-            say(some_lines(f"{files}: takes more {what} than there is", LONGEST))
+            say(some_lines(f"{files}: takes more {what} than there is", LONGEST_MESSAGE))
             leave(BAD_INPUT)
         except KeyboardInterrupt:
             _leave_interrupted()
@@ -94,13 +94,18 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             if error.errno not in REFUSED:
                 raise
             what = "what was asked for" if error.filename is None else str(error.filename)
-            say(some_lines(f"{cut(what, LONGEST_NAME)}: cannot be read: {error.strerror}", LONGEST))
+            say(
+                some_lines(
+                    f"{shorten(what, LONGEST_NAME)}: cannot be read: {error.strerror}",
+                    LONGEST_MESSAGE,
+                )
+            )
             leave(BAD_INPUT)
 
     return guarded
 
 
-def run(app: Callable[[], object]) -> None:
+def run_program(app: Callable[[], object]) -> None:
     """The whole program: what nobody foresaw is told in a line too, exit status 70.
 
     CLEARWAY_TRACEBACK=1 shows where it came from, and `python -W` the warnings of libraries.
@@ -131,7 +136,7 @@ def run(app: Callable[[], object]) -> None:
             some_lines(
                 f"{given}: an error inside clearway ({type(error).__name__}: {error}); please "
                 "report it with what CLEARWAY_TRACEBACK=1 shows",
-                LONGEST,
+                LONGEST_MESSAGE,
             )
         )
         leave(BROKEN)
@@ -149,7 +154,7 @@ def _names(given: Iterable[object]) -> Iterator[str | Path]:
 def _told(error: ClearwayError) -> str:
     """The message, with all problems of a file that has several."""
     if isinstance(error, InputError):
-        return in_full(plain(error.source, ""), error.problems)
+        return in_full(make_printable(error.source, ""), error.problems)
     return str(error)
 
 
@@ -161,7 +166,7 @@ def _with_file(message: str, given: Iterable[object]) -> str:
         return message
     if any(message.startswith(f"{name}: ") for name in names):  # of one that is not there
         return message
-    return f"{plain(files[0], '')}: {message}"
+    return f"{make_printable(files[0], '')}: {message}"
 
 
 def _is_named(file: str, message: str) -> bool:
@@ -180,7 +185,7 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
     commands = {command, COMMANDS.get(command, command)}
     read = [key for key in options if key != "out"]
     for option, name in ((key, str(name)) for key in read for name in _names([options[key]])):
-        places = {plain(name, ""), plain(os.path.abspath(name), "")}
+        places = {make_printable(name, ""), make_printable(os.path.abspath(name), "")}
         begins = tuple(f"{place}{end}" for place in places for end in ": ")
         about = [message for message in told if message.startswith(begins)]
         if not about or any(f"; {LOOKS_LIKE} " in message for message in about):
@@ -188,7 +193,7 @@ def _other_kinds(told: list[str], options: Mapping[str, object], command: str) -
         hint = what_file(name, likely=True).removeprefix("; ")
         taken = [f"`clearway {one}{end}`" for one in commands for end in ("", f" --{option}")]
         if hint and not any(one in hint for one in taken):
-            yield f"{plain(name, '')}: {hint}"
+            yield f"{make_printable(name, '')}: {hint}"
 
 
 def _with_room(told: list[str], hints: tuple[str, ...]) -> Iterator[str]:
@@ -197,7 +202,11 @@ def _with_room(told: list[str], hints: tuple[str, ...]) -> Iterator[str]:
         source = message.split(": ", 1)[0]
         beside = sum(len(hint) + 1 for hint in hints if source.startswith(hint.split(": ", 1)[0]))
         several = message.startswith(f"{source}: ") and f"\n{source}: " in message
-        yield message if several else some_lines(message, max(LONGEST // 2, LONGEST - beside))
+        yield (
+            message
+            if several
+            else some_lines(message, max(LONGEST_MESSAGE // 2, LONGEST_MESSAGE - beside))
+        )
 
 
 def _check_name(name: str | Path) -> None:
@@ -237,12 +246,12 @@ def say(message: str) -> None:
     """A message to the user: on standard error, so that results stay alone on output."""
     if sys.stderr is not None:  # Without a file to print to, print takes standard output.
         with suppress(OSError):  # What cannot be said is no reason to end otherwise.
-            print(plain(message), file=sys.stderr, flush=True)
+            print(make_printable(message), file=sys.stderr, flush=True)
 
 
-def show(words: str) -> None:
+def print_words(words: str) -> None:
     """A result in words, without the control characters that names in files may have."""
-    print(plain(words))
+    print(make_printable(words))
 
 
 def table_console() -> Console:

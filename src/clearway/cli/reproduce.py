@@ -48,7 +48,7 @@ def reproduce(
         return
     from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.reproduction.registry import targets_named
-    from clearway.studies.reproduction.report import as_text, as_values
+    from clearway.studies.reproduction.report import as_text, summarize_reproduction
 
     pictures = drawn.pictures_of(form, dpi)
     folder = ResultsFolder.checked(out, "reproduce", "", adds=True)
@@ -58,7 +58,7 @@ def reproduce(
     for target in targets_named(targets or []):
         say(f"{target.name}: {target.title}")
         made[target] = target.make()
-    result = sourced(as_values(made))
+    result = sourced(summarize_reproduction(made))
     if as_json:
         print_json(result)
     else:

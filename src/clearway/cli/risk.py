@@ -14,7 +14,7 @@ from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import leave_by, print_json, say
 from clearway.cli.risk_files import draw_curves, results_folder, write_study
-from clearway.cli.risk_table import print_tables
+from clearway.cli.risk_table import print_risk
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -191,7 +191,7 @@ def risk(
     if as_json:
         print_json(told)
     else:
-        print_tables(result, told)
+        print_risk(result, told)
     if folder is not None:
         write_study(result, told, folder)
     leave_by([verdict_of(told["planners"][planners[0]])])
@@ -224,12 +224,12 @@ def _planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
 
 def _model(path: Path | None, settings: RiskSettings) -> EncounterModel:
     from clearway.base.errors import InputError
-    from clearway.io.public_data import found
+    from clearway.io.public_data import find_public_data
     from clearway.studies.encounter_model import made_up_model, read_encounter_model
 
     if path is None:
         say("no model given: the numbers of this one are made up, not measured")
-    network = made_up_model() if path is None else read_encounter_model(found(path))
+    network = made_up_model() if path is None else read_encounter_model(find_public_data(path))
     bins = network.variables[network.index("L")].bins
     if any(layer >= bins for layer in settings.layers):
         raise InputError("--layers", f"the model has layers 1 to {bins}")

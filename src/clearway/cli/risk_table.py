@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.cli.report import table_console
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ REAL_SCALE = ("all hear the same reports through the same tracker and fly the sa
 VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 
 
-def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
+def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     """summary: of the result, as `--json` prints it."""
     from rich.table import Table
 
@@ -39,7 +39,7 @@ def print_tables(result: RiskStudy, summary: dict[str, Any]) -> None:
         hidden, took = measures["hidden"], measures["decision_ms"]
         cells = [NOT_APPLICABLE if hidden else _cell(measures[name]) for name in MEASURES]
         table.add_row(
-            shown(planner),
+            shorten_own_name(planner),
             *cells,
             f"{measures['mean_aside_m']:.0f} m",
             "-" if took is None else f"{took:.2f} ms",

@@ -14,7 +14,7 @@ from clearway.cli import ros2_bus
 from clearway.cli.flight_time import FlightTime
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import CHECKED_S, bus_for, refuse_unusable
+from clearway.cli.ros2_bus import BUS_CHECK_S, bus_for, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.link.loop import LoopReport
@@ -43,7 +43,7 @@ def ros2(
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
     from clearway.ros2.parameters import Names, read_parameters
-    from clearway.ros2.setup import set_up
+    from clearway.ros2.setup import set_up_ros2
 
     refuse_unusable(backend, bag)
     given = read_parameters(parameters, namespace=namespace)
@@ -56,9 +56,9 @@ def ros2(
     def open_bus() -> TopicBus:
         return bus_for(bag, backend, domain, namespace)
 
-    loop, link = set_up(given, names, open_bus, say)
+    loop, link = set_up_ros2(given, names, open_bus, say)
     try:
-        lasts = CHECKED_S if check else duration
+        lasts = BUS_CHECK_S if check else duration
         over = partial(getattr, link.bus, "ended", False)
         with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:
             report = loop.run(stop, _NodeWatch().show)

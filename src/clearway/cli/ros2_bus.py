@@ -27,7 +27,7 @@ Domain = Annotated[
 Namespace = Annotated[str, typer.Option(help="Namespace of the node.")]
 Remap = Annotated[list[str] | None, typer.Option(help="FROM:=TO, as often as needed.")]
 """Options of all commands on topics."""
-CHECKED_S = 5.0
+BUS_CHECK_S = 5.0
 """For so long --check listens."""
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli.report import print_json, say, show
+from clearway.cli.report import print_json, print_words, say
 
 
 def sample(
@@ -48,7 +48,7 @@ def sample(
         )
     else:
         width = max(len(one.name) for one in written.samples)
-        show(
+        print_words(
             "\n".join(
                 f"{one.name:<{width}}  {one.command or f'({one.about})'}" for one in written.samples
             )

@@ -12,7 +12,7 @@ from clearway.base.errors import ClearwayError, InputError, SeveralErrors
 from clearway.base.units import FOOT_M
 from clearway.base.version import SCHEMA_VERSION
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, say, show
+from clearway.cli.report import print_json, print_words, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -115,7 +115,7 @@ def traffic(
     if as_json:
         print_json(result)
     else:
-        show("\n\n".join(_in_words(one, most) for one in result["recordings"]))
+        print_words("\n\n".join(_in_words(one, most) for one in result["recordings"]))
     if folder is not None:
         _write(pictures, result, folder, kept)
 
@@ -123,14 +123,14 @@ def traffic(
 def _pictures(files: Sequence[Path], own: str | None) -> list[AirPicture]:
     """Air pictures of all files; raises SeveralErrors, one for each file that is of no use."""
     from clearway.cli.progress import progress_bar
-    from clearway.io.public_data import found
+    from clearway.io.public_data import find_public_data
     from clearway.io.traffic.traffic import read_traffic
     from clearway.traffic.recorded.picture import air_picture
 
     pictures, problems = [], []
     for file in files:
         try:
-            recording = read_traffic(found(file))
+            recording = read_traffic(find_public_data(file))
             with progress_bar(f"closest pairs of {file.name}", beside=("elapsed",)) as bar:
                 pictures.append(air_picture(recording, own, bar.show))
         except ClearwayError as error:

@@ -153,7 +153,7 @@ def _bytes(pipe: IO[bytes], count: int, deadline: float) -> bytearray | None:
     return found
 
 
-def serve(asked: int, sending: int) -> None:
+def serve_fds(asked: int, sending: int) -> None:
     """What runs in the other process: call what is asked for, send what comes."""
     with os.fdopen(asked, "rb") as asking, os.fdopen(sending, "wb") as pipe:
         try:

@@ -12,8 +12,8 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from clearway.base.errors import ClearwayError
-from clearway.base.own_code import FORM, is_own
-from clearway.base.variants import Variants, in_words
+from clearway.base.own_code import OWN_CODE_FORM, is_own_code
+from clearway.base.variants import Variants, join_choices
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +49,23 @@ class OneOf:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         del schema, handler
-        return {"enum": self.names, "own": FORM} if self.takes_own else {"enum": self.names}
+        return (
+            {"enum": self.names, "own": OWN_CODE_FORM} if self.takes_own else {"enum": self.names}
+        )
 
     def _checked(self, name: str, info: ValidationInfo) -> str:
         if name in self.names:
             return name
-        if isinstance(self.registry, Variants) and self.registry.takes_own and is_own(name):
+        if isinstance(self.registry, Variants) and self.registry.takes_own and is_own_code(name):
             try:
-                return self.registry.located(name, folder_of(info))
+                return self.registry.located(name, find_read_folder(info))
             except ClearwayError as error:
                 raise ValueError(str(error)) from error
         quoted = [repr(one) for one in self.names]
-        own = [f"your own as {FORM}"] if self.takes_own else []
-        raise PydanticKnownError("literal_error", {"expected": in_words([*quoted, *own])})
+        own = [f"your own as {OWN_CODE_FORM}"] if self.takes_own else []
+        raise PydanticKnownError("literal_error", {"expected": join_choices([*quoted, *own])})
 
 
-def folder_of(info: ValidationInfo) -> Path | None:
+def find_read_folder(info: ValidationInfo) -> Path | None:
     """The folder of the file that is being read, where the reader said it."""
     return (info.context or {}).get("folder")

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict
 
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
-from clearway.base.plain_text import cut
+from clearway.base.plain_text import shorten
 
 MOST_DIGITS = 18
 """Of whole numbers: they fit into 64 bits."""
@@ -83,7 +83,7 @@ def _keys_once(source: str | Path, place: str = "") -> Iterator[None]:
         yield
     except _RepeatedKeyError as cause:
         key, *values = cause.args
-        told = " and ".join(cut(str(value), LONGEST_VALUE) for value in values)
+        told = " and ".join(shorten(str(value), LONGEST_VALUE) for value in values)
         problem = f"key {key!r} is there more than once in the same object ({told}); valid: once"
         raise InputError(str(source), f"{place}: {problem}" if place else problem) from None
 

@@ -26,7 +26,7 @@ COMPLAINTS: tuple[type[Exception], ...] = (
     struct.error,
     sqlite3.Error,
 )
-LONGEST = 160
+LONGEST_COMPLAINT = 160
 TOO_MUCH = "it takes more memory than such a file can need"
 """Of a message about a file."""
 
@@ -50,7 +50,7 @@ def damage_told(
     except ClearwayError:
         raise
     except (*COMPLAINTS, *further) as cause:
-        reason = " ".join(str(cause).split())[:LONGEST]
+        reason = " ".join(str(cause).split())[:LONGEST_COMPLAINT]
         if isinstance(cause, MemoryError):
             reason = TOO_MUCH
         raise InputError(

@@ -35,7 +35,7 @@ def utc_of_gps(gps_s: float) -> float:
     return GPS_EPOCH_S + gps_s - bisect_right(_LEAPS_S, gps_s)
 
 
-def moment(source: str, text: str) -> datetime:
+def parse_moment(source: str, text: str) -> datetime:
     """An ISO 8601 date and time; without a time zone it is in UTC. InputError where it is none."""
     try:
         value = datetime.fromisoformat(text)

@@ -146,7 +146,7 @@ def at_hand(path: Path) -> Path:
     return kept if kept.exists() else path
 
 
-def found(path: Path) -> Path:
+def find_public_data(path: Path) -> Path:
     """As `at_hand`; raises InputError, with how to get it, for a public file in neither place."""
     there = at_hand(path)
     if not os.path.exists(there) and (whence := where_from(path)):

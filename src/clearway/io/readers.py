@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 
 START = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
-    "from clearway.io import apart, readers; readers.keep({}, apart.serve)"
+    "from clearway.io import apart, readers; readers.keep({}, apart.serve_fds)"
 )
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Libraries of linear algebra start no threads then."""
@@ -87,7 +87,7 @@ class Keeper:
         return cls(ours, process, _asker())
 
     def fork(self, module: str, asking: int, sending: int) -> Reader:
-        """A reader that runs `apart.serve` with two file descriptors. Raises OSError where the
+        """A reader that runs `apart.serve_fds` with two file descriptors. Raises OSError where the
         process that forks is gone."""
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
@@ -150,7 +150,7 @@ def _end() -> None:
 def keep(control_fd: int, serve: Serve) -> None:
     """What runs in the process that forks: a reader for every request, until nobody asks.
 
-    serve: `apart.serve`, given since that room looks into this one and not the other way round.
+    serve: `apart.serve_fds`, given since that room looks into this one and not the other way round.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Whoever asks ends it.
     control = socket.socket(fileno=control_fd)

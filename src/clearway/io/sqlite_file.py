@@ -62,7 +62,7 @@ def open_sqlite(path: Path) -> Iterator[sqlite3.Connection]:
             raise InputError(str(path), "reading it does not come to an end") from cause
 
 
-def rows_of(path: Path, cursor: sqlite3.Cursor) -> Iterator[Any]:
+def query_rows(path: Path, cursor: sqlite3.Cursor) -> Iterator[Any]:
     """The rows of a query; InputError for more than a file of its size can hold."""
     most = FEW_ROWS + path.stat().st_size // ROW_BYTES
     yield from islice(cursor, most)
@@ -74,7 +74,7 @@ def refuse_programs(path: Path, base: sqlite3.Connection) -> None:
     """Raise InputError for a schema with anything but tables, whose columns are all stored, and
     their indices."""
     found = base.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")
-    for name, text in rows_of(path, found):
+    for name, text in query_rows(path, found):
         if not isinstance(text, str) or not PLAIN.match(text):
             kind = " ".join(str(text).split()[:2])
             raise InputError(str(path), f"no recording: {name!s:.40} is made by {kind:.40}")

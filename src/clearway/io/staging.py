@@ -19,7 +19,7 @@ LINK = "a link, which may lead anywhere; remove it, or give another folder"
 """Of a message."""
 
 
-def folder_of(name: str) -> Path:
+def name_results_folder(name: str) -> Path:
     """The folder of results called by a name, which may hold any letters but leads nowhere else."""
     letters = "".join(c if c.isalnum() or c in " ._-+" else "-" for c in name)
     return RESULTS / (letters.strip(" .-") or "unnamed")

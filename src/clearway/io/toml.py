@@ -14,13 +14,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
-from clearway.io.toml_problems import place_of, problems_of, shown
+from clearway.io.toml_problems import name_place, problems_of, show_value
 
 SMALLEST, LARGEST = 1e-30, 1e30
 """Of numbers in files of our own, in any unit."""
 MOST_VALUES = 500_000
 """Of a file of our own, tables and lists too: what is larger is a map or a point cloud."""
-TOLD = 50
+MOST_PRINTED_PROBLEMS = 50
 """Problems of one file that are told; of more, how many there are."""
 SHORT_LIST, SHORT_TABLE = 20, 200
 """Entries that are looked at again where nearly all are wrong."""
@@ -59,7 +59,7 @@ def parse_model(
     """
     if issubclass(model, Section):
         refuse_many(source, data, "so many obstacles as a map or a point cloud of its own")
-        strange = list(islice(_out_of_reason(data), TOLD))
+        strange = list(islice(_out_of_reason(data), MOST_PRINTED_PROBLEMS))
         if strange:
             raise InputError(source, strange)
     context = {"folder": folder}
@@ -67,9 +67,9 @@ def parse_model(
         return model.model_validate(data, context=context)
     except ValidationError as error:
         count = error.error_count()
-        problems = problems_of(error, data, model) if count <= TOLD else []
-    if count > TOLD:  # each of millions would be put into words
-        problems = _first_problems(data, model, context)[:TOLD]
+        problems = problems_of(error, data, model) if count <= MOST_PRINTED_PROBLEMS else []
+    if count > MOST_PRINTED_PROBLEMS:  # each of millions would be put into words
+        problems = _first_problems(data, model, context)[:MOST_PRINTED_PROBLEMS]
         problems.append(f"{count} problems in all")
     raise InputError(source, problems)
 
@@ -83,15 +83,17 @@ def each_parsed(
     What is wrong is told as by `parse_model` after the last one, or once there is much of it.
     """
     if not isinstance(values, (list, Mapping)):
-        raise InputError(source, f"{place}: should be a list, got {shown(values)}")
+        raise InputError(source, f"{place}: should be a list, got {show_value(values)}")
     problems: list[str] = []
     for key, value in values.items() if isinstance(values, Mapping) else enumerate(values):
         try:
             found = model.model_validate(value)
         except ValidationError as error:
-            problems += _problems_of_entry(place_of([key], place), error, value, model)
-            if len(problems) >= TOLD:
-                raise InputError(source, [*problems[:TOLD], "and perhaps more"]) from None
+            problems += _problems_of_entry(name_place([key], place), error, value, model)
+            if len(problems) >= MOST_PRINTED_PROBLEMS:
+                raise InputError(
+                    source, [*problems[:MOST_PRINTED_PROBLEMS], "and perhaps more"]
+                ) from None
         else:
             yield key, found
     if problems:
@@ -101,7 +103,7 @@ def each_parsed(
 def _problems_of_entry(
     place: str, error: ValidationError, value: object, model: type[BaseModel]
 ) -> list[str]:
-    if error.error_count() <= TOLD:
+    if error.error_count() <= MOST_PRINTED_PROBLEMS:
         return problems_of(error, value, model, place)
     return _first_problems(value, model, None, place)
 
@@ -183,7 +185,7 @@ def _out_of_reason(value: object, parts: tuple[int | str, ...] = ()) -> Iterator
         said_elsewhere = isinstance(value, float) and not math.isfinite(value)
         if value and not said_elsewhere and not SMALLEST <= abs(value) <= LARGEST:
             yield (
-                f"{place_of(parts)}: should be 0, or between {SMALLEST:g} and {LARGEST:g} in size"
+                f"{name_place(parts)}: should be 0, or between {SMALLEST:g} and {LARGEST:g} in size"
             )
     elif isinstance(value, Mapping):
         for key, inner in value.items():

@@ -26,12 +26,12 @@ def problems_of(
         if _follows_from_others(item):
             continue
         parts = _path_in_file(item, data)
-        place = place_of(parts, root)
+        place = name_place(parts, root)
         message = _message(item, model)
         if message not in by_place.setdefault(place, []):
             by_place[place].append(message)
         if item["type"] not in ("missing", "extra_forbidden", "value_error"):
-            given[place] = f", got {shown(item['input'])}"
+            given[place] = f", got {show_value(item['input'])}"
     return [
         (f"{place}: " if place else "")
         + " or ".join(messages).replace(" or should be", " or")
@@ -62,7 +62,7 @@ def _path_in_file(item: Any, data: Any) -> list[int | str]:
     return parts
 
 
-def place_of(parts: Sequence[int | str], root: str = "") -> str:
+def name_place(parts: Sequence[int | str], root: str = "") -> str:
     text = root
     for part in parts:
         text += (
@@ -120,7 +120,7 @@ def sections_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield from sections_in(argument)
 
 
-def shown(value: object) -> str:
+def show_value(value: object) -> str:
     try:
         text = json.dumps(value, ensure_ascii=False)
     except (TypeError, ValueError):

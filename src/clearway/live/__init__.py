@@ -5,8 +5,8 @@ to reading and from decision to decision, one thing a file: own states, what ran
 reported traffic, the plan being flown.
 """
 
-from clearway.live.flight_decision import FlightDecision
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.inputs.readings import Reading
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.system import AvoidanceSystem
 
-__all__ = ["AvoidanceSystem", "DataLimits", "FlightDecision", "Reading"]
+__all__ = ["AvoidanceSystem", "FlightDecision", "Reading"]

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.avoidance.clear.hazards import Cause
+from clearway.avoidance.clear.verify import KEPT, Paths, path_clearance, sloping
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Cause
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import reach_of
-from clearway.avoidance.situation import Situation, margin_slope
-from clearway.avoidance.verify import KEPT, Paths, path_clearance, sloping
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import reach_of
+from clearway.avoidance.plan.situation import Situation, margin_slope
 from clearway.base.frames import FloatArray
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.plan import Plan
-from clearway.live.readings import TIME_TOLERANCE_S
 
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 
@@ -29,7 +29,7 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
         return None
     sloped = sloping(paths, margin_slope(planner.settings, situation))
     reach_m = reach_of(sloped, planner.grid.range_m)
-    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    near = gather_in_reach(planner, situation, reach_m, planner.horizon_s)
     margin = near.margin_m
     # Of what intruders may do, as much as the plan was decided to keep clear of.
     share = float(plan.decision.hazards.moving.share.min(initial=1.0))

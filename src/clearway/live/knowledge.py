@@ -1,6 +1,6 @@
 """What readings have told up to now: the own place, what sensors saw, who reported, how far we are.
 
-Times here are the system's own; `live.clock` makes them of what whoever asks tells.
+Times here are the system's own; `live.inputs.clock` makes them of what whoever asks tells.
 """
 
 from __future__ import annotations
@@ -11,29 +11,28 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Here, Situation, widest_margin_m
-from clearway.avoidance.way_out_terms import carried_m
+from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
-from clearway.live.clock import Clock
 from clearway.live.dynamic_objects import unreported
+from clearway.live.inputs.clock import Clock
+from clearway.live.inputs.own_states import Flown, OwnStates
+from clearway.live.inputs.range_sensing import RangeSensing
+from clearway.live.inputs.readings import Reading, reading_of
+from clearway.live.inputs.reports import reports_for
+from clearway.live.inputs.waiting import Waiting
+from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
-from clearway.live.own_states import Flown, OwnStates
-from clearway.live.range_sensing import RangeSensing
-from clearway.live.readings import DataLimits, Reading, reading_of
-from clearway.live.reports import reports_for
-from clearway.live.route_map import RouteMap
-from clearway.live.route_maps import RouteMaps
-from clearway.live.waiting import Waiting
-from clearway.live.wind import WindEstimate
+from clearway.live.routing.route_map import RouteMap
+from clearway.live.routing.route_maps import RouteMaps
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
-from clearway.sensors.detection import Rule
-from clearway.traffic import Intruder, TrackerSettings
+from clearway.traffic import Intruder
 
 
 class Knowledge:
@@ -48,16 +47,9 @@ class Knowledge:
         mission: Mission,
         lidars: Sequence[AnySensor],
         obstacle_map: ObstacleMap | None,
-        limits: DataLimits,
-        *,
-        detection_rule: Rule,
-        ground_m: float,
-        tracker: TrackerSettings | None,
-        address: str,
-        follow_movers: bool,
     ) -> None:
+        settings = planner.settings
         self.planner, self.mission, self.obstacle_map = planner, mission, obstacle_map
-        self.limits = limits
         self.progress = Progress()
         self.followed = True
         """Whether the vehicle flies what is decided."""
@@ -68,26 +60,22 @@ class Knowledge:
         """What has come since a plan last took account of all."""
         self.unchecked = False
         """Whether a plan has not been held against the news."""
-        self.clock = Clock(limits.state_s)
-        self.waiting = Waiting(limits.ahead_s)
-        self.flown = Flown(planner.automaton, limits.history_s)
-        self.wind = WindEstimate(planner.speed_mps, planner.settings.wind_mps)
+        self.clock = Clock(settings.state_s)
+        self.waiting = Waiting(settings.ahead_s)
+        self.flown = Flown(planner.automaton, settings.history_s)
+        self.wind = WindEstimate(planner.speed_mps, settings.wind_mps)
         self.flown.wind_mps = self.wind.wind_mps
-        self.own_states = OwnStates(limits.history_s, self.flown)
+        self.own_states = OwnStates(settings.history_s, self.flown)
         self.sensing = RangeSensing(
             planner,
             range_sensors(lidars),
-            limits,
-            detection_rule=detection_rule,
-            ground_m=ground_m,
-            follow_movers=follow_movers,
             start_m=mission.start.position_m,
             complete_m=None if obstacle_map is None else obstacle_map.complete_m,
         )
         self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
         """For ways through seen space, where that is kept."""
         self._asked_first_s: float | None = None
-        self._reports = reports_for(tracker, limits.intruder_s, planner.speed_mps, address)
+        self._reports = reports_for(settings, planner.speed_mps)
 
     @property
     def route_map(self) -> RouteMap | None:
@@ -194,7 +182,7 @@ class Knowledge:
         if flown_m is not None:
             off_m = self.wind.unexplained_m(latest, state, flown_m)
         else:
-            moved_m = length_of(state.position_m - latest.position_m)
+            moved_m = measure_length(state.position_m - latest.position_m)
             off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
         unknown_s = self.flown.unknown_s(latest.time_s, max(state.time_s, latest.time_s))
         unsure_m = settings.sigmas * (state.position_std_m + latest.position_std_m)
@@ -227,7 +215,7 @@ class Knowledge:
     def own_state(self, now: float) -> State:
         """The latest own state carried to a moment; ClearwayError if none has come yet."""
         latest = self.own_states.latest
-        if now - latest.time_s > self.limits.state_s or self.clock.in_doubt:
+        if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
         carried = self.flown.carry(latest, now)
         return self.planner.automaton.after(carried, self.flown.last_before(now))
@@ -238,7 +226,8 @@ class Knowledge:
         since_s = self.sensing.last_scan_s
         if since_s is None:
             since_s = self._asked_first_s
-        if not self.sensing.sensors or since_s is None or now - since_s <= self.limits.scan_s:
+        fresh_s = self.planner.settings.scan_s
+        if not self.sensing.sensors or since_s is None or now - since_s <= fresh_s:
             return None
         return now - since_s
 

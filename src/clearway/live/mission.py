@@ -14,9 +14,9 @@ from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.checks import (
     above_zero_problem,
     array_problem,
-    found,
+    check_points,
+    collect_problems,
     kind_of,
-    points_of,
     take_floats,
 )
 from clearway.base.errors import ClearwayError, InputError
@@ -31,7 +31,7 @@ Detour = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
 
 
 class Mode(StrEnum):
-    """What the vehicle is doing; `live.modes` says when."""
+    """What the vehicle is doing; `live.outputs.modes` says when."""
 
     NAVIGATION = "navigation"
     AVOIDANCE = "avoidance"
@@ -84,7 +84,7 @@ class Mission:
         passing = None
         if self.pass_within_m is not None:
             passing = above_zero_problem("pass_within_m", self.pass_within_m)
-        problems += found((reach, passing))
+        problems += collect_problems((reach, passing))
         if "waypoints_m" in taken and reach is None:
             problems += self._too_near()
         if problems:
@@ -94,7 +94,7 @@ class Mission:
     def _take_points(self, name: str) -> list[str]:
         """Lay a field out as points [n, 3], and what is wrong with these; raises ClearwayError for
         what is none."""
-        points, problems = points_of(name, getattr(self, name)), []
+        points, problems = check_points(name, getattr(self, name)), []
         points.setflags(write=False)
         object.__setattr__(self, name, points)
         if name == "waypoints_m" and not len(points):

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from clearway.avoidance.candidates import Commitment, Side
+from clearway.avoidance.choose.candidates import Commitment, Side
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.way_out import UnderWay, WayOut
+from clearway.avoidance.plan.held_escape import UnderWay, WayOut
 from clearway.base.state import State
-from clearway.live.readings import TIME_TOLERANCE_S
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import BufferedMovement, MovementBuffer
 

@@ -14,8 +14,9 @@ from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import world_from_body
 from clearway.base.state import State
-from clearway.live import AvoidanceSystem, FlightDecision
 from clearway.live.mission import Mission
+from clearway.live.outputs.flight_decision import FlightDecision
+from clearway.live.system import AvoidanceSystem
 from clearway.sensors import Scan
 
 AHEAD = 10.0

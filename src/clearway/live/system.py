@@ -11,36 +11,33 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import LARGEST, kind_of, number_problem, points_of
+from clearway.base.checks import LARGEST, check_points, kind_of, number_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.alarms import AlarmFacts, AlarmWatch
-from clearway.live.alerting import TrafficPicture, traffic_picture
-from clearway.live.boldness import Insistence
-from clearway.live.dead_end import kept_up, out_of_dead_end
-from clearway.live.flight_decision import FlightDecision
+from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Mode, Progress
-from clearway.live.modes import ModeFacts, ModeState, mode_after
+from clearway.live.outputs.alarms import AlarmFacts, AlarmWatch
+from clearway.live.outputs.alerting import TrafficPicture, traffic_picture
+from clearway.live.outputs.flight_decision import FlightDecision
+from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
-from clearway.live.preflight import escape_plan
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.preflight.escape_plan import escape_plan
+from clearway.live.recovery.dead_end import kept_up, out_of_dead_end
+from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
-from clearway.sensors.detection import Rule
-from clearway.traffic import TrackerSettings
-from clearway.traffic.volumes import Alerts, VolumeSet
+from clearway.traffic.volumes import Alerts
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
@@ -49,17 +46,11 @@ class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
     Whoever asks tells the time, and readings are held against it: they wait for the next question.
-    A clock that is set, either way, is counted and told; see `live.clock`.
+    A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
-    detection_rule: how hits become P_OD. ground_m: height of the world below which returns come
-    from the ground and are no obstacles; whoever sets it keeps the aircraft above by other means.
-    tracker: reports of intruders are made into tracks first; None believes each as it comes, save
-    own, repeated, late and stale ones.
-    address: the own transponder's, by which the tracker knows own echoes; by place where empty.
-    follow_movers: what moves and is seen by LiDAR alone counts as intruders too.
-    volumes: what to alert on about other aircraft, at every decision; None alerts on nothing.
-    lidars: LiDARs, and whatever else is a `sensors.RangeSensor`; with several of them, those that
-    the others contradict are no longer believed (see `sensors.trust`).
+    planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
+    `sensors.RangeSensor`; with several of them, those that the others contradict are no longer
+    believed (see `sensors.several.trust`).
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -79,40 +70,19 @@ class AvoidanceSystem:
         *,
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
-        limits: DataLimits | None = None,
         detour: Detour | None = None,
-        detection_rule: Rule = "ratio",
-        ground_m: float = -np.inf,
-        tracker: TrackerSettings | None = None,
-        address: str = "",
-        follow_movers: bool = False,
-        volumes: VolumeSet | None = None,
     ) -> None:
         kind_of("avoidance system: planner", planner, Planner)
         kind_of("avoidance system: mission", mission, Mission)
-        ground_m = _height_or_none("ground_m", ground_m)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
         self.planner = planner = self.escape.flown_by(planner)
         self.obstacle_map = obstacle_map
-        self.limits = limits or DataLimits()
-        self._known = Knowledge(
-            planner,
-            mission,
-            lidars,
-            obstacle_map,
-            self.limits,
-            detection_rule=detection_rule,
-            ground_m=ground_m,
-            tracker=tracker,
-            address=address,
-            follow_movers=follow_movers,
-        )
+        self._known = Knowledge(planner, mission, lidars, obstacle_map)
         self.counts = self._known.counts
         self._insistence = Insistence(planner) if self.escape.insists else None
         self._detour = detour
         self._plan = Plan(planner.automaton)
-        self._volumes = volumes
         self._alerts = Alerts()
         self._mode: ModeState | None = None
         promised = self.escape.within if self.escape.flown == Escape.STRICT else None
@@ -232,10 +202,10 @@ class AvoidanceSystem:
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""
-        if self._volumes is None:
+        volumes = self.planner.settings.alert_volumes
+        if volumes is None:
             return None
-        able = self.planner.performance
-        picture = traffic_picture(self._alerts, self._volumes, able, situation)
+        picture = traffic_picture(self._alerts, volumes, self.planner.performance, situation)
         self._alerts = picture.alerts
         return picture
 
@@ -301,7 +271,7 @@ class AvoidanceSystem:
         known.mission = Mission(
             "a new goal",
             known.own_states.latest,
-            waypoints_m=points_of("fly_to", place_m),
+            waypoints_m=check_points("fly_to", place_m),
             reach_radius_m=radius,
         )
         known.progress = Progress(nearest_s=known.clock.own(now_s))

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation, widest_margin_m
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation, widest_margin_m
 from clearway.base.state import State
 from clearway.live.danger import endangered
 from clearway.live.knowledge import Knowledge

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.live.link.aircraft import AircraftReport
 from clearway.mavlink.dialect import Message
-from clearway.mavlink.own_state import CENTIMETRE, geodetic_of
+from clearway.mavlink.own_state import CENTIMETRE, decode_geodetic
 
 VALID_PLACE, VALID_ALTITUDE, VALID_HEADING, VALID_SPEED, VALID_CLIMB = 1, 2, 4, 8, 128
 """ADSB_FLAGS."""
@@ -27,14 +27,14 @@ CO_ALTITUDE = "traffic: no altitude, taken at our height"
 BY_PRESSURE = "traffic: altitude by pressure"
 
 
-def aircraft_of(
+def read_adsb_aircraft(
     message: Message, origin: FloatArray | None, own_height_m: float | None, counts: Counter[str]
 ) -> AircraftReport | None:
     """The report in the world frame; None, and counted, where nothing can be made of it.
 
     origin: latitude, longitude, height of the world's; own_height_m: for those without altitude.
     """
-    geodetic = geodetic_of(message.lat, message.lon, message.altitude)
+    geodetic = decode_geodetic(message.lat, message.lon, message.altitude)
     if not message.flags & VALID_PLACE or geodetic is None:
         counts[NO_PLACE] += 1
         return None

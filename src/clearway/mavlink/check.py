@@ -9,7 +9,7 @@ from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.parameters import LONGEST_TIMEOUT_S, TIMEOUTS
 
 S = TypeVar("S", bound=Hearing)
-CHECKED_S = 10.0
+LINK_CHECK_S = 10.0
 """How long it listens where nobody says how long."""
 
 

@@ -55,7 +55,7 @@ REVERSED = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 """Each byte with its bits in reverse order."""
 
 
-def checksum(data: bytes) -> int:
+def compute_mavlink_crc(data: bytes) -> int:
     """CRC-16/MCRF4XX of header and payload with the extra byte of the message behind them.
 
     It is Python's own CRC-CCITT with the bits of every byte, and of the result, reversed: a tenth

@@ -20,7 +20,7 @@ from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import State
 from clearway.mavlink.dialect import Message
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
-from clearway.sensors.lidar import MOST_TILT_RAD
+from clearway.sensors.beams.lidar import MOST_TILT_RAD
 
 NAME = "obstacle-distance"
 UNKNOWN = 65_535
@@ -130,7 +130,7 @@ class Sectors:
         return np.asarray(np.minimum.reduce(distances))
 
 
-def scan_of(
+def make_sector_scan(
     sectors: Sectors,
     lidar: Lidar,
     state: State,

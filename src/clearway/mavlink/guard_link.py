@@ -20,9 +20,9 @@ from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.setup import (
     SessionOptions,
     clear,
+    make_mavlink_terms,
     notice_escape,
     sensor_of,
-    terms_of,
     warn,
 )
 from clearway.mavlink.signing import SignatureCheck, read_key
@@ -86,7 +86,7 @@ class GuardMavlinkLink:
         self.autopilot.close()
 
 
-def set_up_guard(
+def set_up_mavlink_guard(
     file: MissionFile, options: SessionOptions, terms: GuardTerms, notice: Notice
 ) -> tuple[Loop, GuardMavlinkLink]:
     """Everything loaded and opened; raises InputError for what cannot be used."""
@@ -110,7 +110,7 @@ def set_up_guard(
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
         notice_escape(guardian.escape, sensor, notice)
-        over = terms_of(file, setup, options)
+        over = make_mavlink_terms(file, setup, options)
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)
         session = GuardMavlinkSession(core, sensor, over, counts)
         check = None if key is None else SignatureCheck(key)

@@ -7,14 +7,14 @@ from collections import Counter
 
 from clearway.base.errors import InputError
 from clearway.live.guard.guard_session import GuardSession
-from clearway.live.guard.guarded import Guarded
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink import dialect as known
 from clearway.mavlink.boot_time import boot_ms
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
-from clearway.mavlink.wishes import Sticks, of_set_point, of_sticks, same_again, velocity_message
+from clearway.mavlink.wishes import Sticks, encode_velocity, of_set_point, of_sticks, same_again
 from clearway.sensors import Lidar
 
 COMMANDS = {known.SET_POSITION_TARGET_LOCAL_NED: 8, known.MANUAL_CONTROL: 8}
@@ -74,7 +74,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
             return [same_again(outcome.wished, *at), *messages]
         if guarded.is_wish:
             rate = guarded.yaw_rate_rps
-            return [velocity_message(guarded.velocity_mps, rate, *at), *messages]
+            return [encode_velocity(guarded.velocity_mps, rate, *at), *messages]
         return [*self._set_points(outcome.set_point, outcome.time_s), *messages]
 
     def _why(self, guarded: Guarded, time_s: float) -> list[Message]:

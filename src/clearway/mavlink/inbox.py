@@ -16,7 +16,7 @@ from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import Peer
 from clearway.mavlink.signing import SignatureCheck
-from clearway.mavlink.wire import LONGEST, MAVLINK_1, MavlinkFrame, frames_in
+from clearway.mavlink.wire import LONGEST_FRAME, MAVLINK_1, MavlinkFrame, frames_in
 
 RATE_OVER = 20
 """So many of the last messages of a kind tell its rate."""
@@ -127,7 +127,7 @@ class Inbox:
             frames, rest = frames_in(
                 self._rest + data, self._extras, self.refused, stream=self._stream
             )
-            self._rest = rest[-LONGEST:]
+            self._rest = rest[-LONGEST_FRAME:]
             for frame in frames:
                 flaw = self._flaw(frame)
                 if flaw is not None:

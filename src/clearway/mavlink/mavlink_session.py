@@ -18,7 +18,7 @@ from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
 from clearway.mavlink.accuracy import StatedAccuracy
-from clearway.mavlink.adsb import aircraft_of
+from clearway.mavlink.adsb import read_adsb_aircraft
 from clearway.mavlink.answers import Answers
 from clearway.mavlink.boot_time import boot_ms, time_of
 from clearway.mavlink.dialect import Message
@@ -29,7 +29,7 @@ from clearway.mavlink.own_state import MILLIMETRE, OwnPlace
 from clearway.mavlink.parameters import Parameters
 from clearway.mavlink.reasons import Sayings
 from clearway.mavlink.remote_id import FIX_3D, drone_of
-from clearway.mavlink.set_points import set_point_message
+from clearway.mavlink.set_points import encode_set_point
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
 from clearway.sensors import Lidar
@@ -169,7 +169,7 @@ class MavlinkSession(Generic[S]):
     def _take_traffic(self, message: Message, wall_s: float) -> None:
         own = self.core.motion
         height = None if own is None else float(own.position_m[2])
-        report = aircraft_of(message, self.place.origin_geodetic, height, self.counts)
+        report = read_adsb_aircraft(message, self.place.origin_geodetic, height, self.counts)
         if report is not None:
             self.core.hear_aircraft(report, wall_s)
 
@@ -252,7 +252,7 @@ class MavlinkSession(Generic[S]):
         if set_point is None or offset is None:
             return []
         target = (self.terms.system, self.terms.component)
-        return [set_point_message(set_point, offset, boot_ms(time_s), *target)]
+        return [encode_set_point(set_point, offset, boot_ms(time_s), *target)]
 
     def farewell(self, wall_s: float) -> list[Message]:
         """What is said last: to hold, where the vehicle was led, and that this ends."""

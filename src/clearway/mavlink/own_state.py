@@ -139,7 +139,7 @@ class OwnPlace:
 
     def take_global(self, message: Message, time_s: float, oldest_s: float) -> OwnMotion | None:
         """GLOBAL_POSITION_INT: ties the frames beside local positions, or stands in for them."""
-        geodetic = geodetic_of(message.lat, message.lon, message.alt)
+        geodetic = decode_geodetic(message.lat, message.lon, message.alt)
         if geodetic is None:
             self._counts["position: no such latitude or longitude"] += 1
             return None
@@ -160,13 +160,13 @@ class OwnPlace:
 
     def take_origin(self, message: Message) -> None:
         """GPS_GLOBAL_ORIGIN: where the local frame's zero is, unless pairs tell it better."""
-        told = geodetic_of(message.latitude, message.longitude, message.altitude)
+        told = decode_geodetic(message.latitude, message.longitude, message.altitude)
         if told is not None and self._pair is None:
             self._local_origin = told
 
     def take_home(self, message: Message) -> None:
         """HOME_POSITION: where the ground is; its place in both frames, while nothing else is."""
-        told = geodetic_of(message.latitude, message.longitude, message.altitude)
+        told = decode_geodetic(message.latitude, message.longitude, message.altitude)
         local = np.array([message.x, message.y, message.z])
         if told is None:
             return
@@ -185,7 +185,7 @@ class OwnPlace:
         return OwnMotion(time_s, position_m, velocity, heading, tilt_rad=tilt)
 
 
-def geodetic_of(latitude: int, longitude: int, height_mm: int) -> FloatArray | None:
+def decode_geodetic(latitude: int, longitude: int, height_mm: int) -> FloatArray | None:
     """[3] degrees and metres of MAVLink's integers; None where they say unknown, or no place."""
     degrees = latitude * DEGREES_E7, longitude * DEGREES_E7
     if abs(degrees[0]) > 90.0 or abs(degrees[1]) > 180.0 or degrees == (0.0, 0.0):

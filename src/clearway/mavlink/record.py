@@ -52,7 +52,7 @@ class SessionRecord:
             self._elapsed_s.append(outcome.elapsed_s)
         changed = last is None or last.state is not outcome.state
         if self._log is not None and (outcome.flight is not None or changed):
-            row = {"schema_version": SCHEMA_VERSION, **row_of(outcome, self._session)}
+            row = {"schema_version": SCHEMA_VERSION, **make_log_row(outcome, self._session)}
             try:
                 self._log.write(json.dumps(row, allow_nan=False) + "\n")
                 self._log.flush()
@@ -90,7 +90,7 @@ class SessionRecord:
         }
 
 
-def row_of(outcome: TickOutcome, session: MavlinkSession[Session]) -> dict[str, Any]:
+def make_log_row(outcome: TickOutcome, session: MavlinkSession[Session]) -> dict[str, Any]:
     """One line of the log."""
     row: dict[str, Any] = {
         "time_s": round(outcome.time_s, 3),

@@ -18,13 +18,13 @@ from clearway.base.remote_id import (
     UNKNOWN_CLIMB,
     UNKNOWN_DIRECTION,
     UNKNOWN_SPEED,
-    is_own,
+    is_own_message,
     remote_address,
 )
 from clearway.live.link.aircraft import AircraftReport
 from clearway.mavlink.adsb import CO_ALTITUDE, NO_ORIGIN, NO_PLACE
 from clearway.mavlink.dialect import Message
-from clearway.mavlink.own_state import CENTIMETRE, geodetic_of
+from clearway.mavlink.own_state import CENTIMETRE, decode_geodetic
 
 HALF_SPAN_M = 1.0
 """Of a drone."""
@@ -48,13 +48,13 @@ def drone_of(
 ) -> AircraftReport | None:
     """The report in the world frame; None, and counted, where nothing can be made of it.
 
-    origin, own_height_m: as of `aircraft_of`. geoid_m: height of the sea level above the ellipsoid.
-    Its body grows by the accuracy that it states.
+    origin, own_height_m: as of `read_adsb_aircraft`. geoid_m: height of the sea level above
+    the ellipsoid. Its body grows by the accuracy that it states.
     """
     identity = bytes(message.id_or_mac)
-    geodetic = geodetic_of(message.latitude, message.longitude, 0)
-    if is_own(identity) or message.status == ON_GROUND:
-        counts[OURS if is_own(identity) else LANDED] += 1
+    geodetic = decode_geodetic(message.latitude, message.longitude, 0)
+    if is_own_message(identity) or message.status == ON_GROUND:
+        counts[OURS if is_own_message(identity) else LANDED] += 1
         return None
     if geodetic is None:
         counts[NO_PLACE] += 1

@@ -17,7 +17,7 @@ HOLD = FOLLOW | NO_VELOCITY
 """Type mask: position and yaw count."""
 
 
-def set_point_message(
+def encode_set_point(
     set_point: SetPoint,
     world_from_local_m: FloatArray,
     boot_ms: int,

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
 from clearway.base.errors import InputError
 from clearway.base.frames import enu_from_geodetic
-from clearway.live.doubts import are_level
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
 from clearway.live.link.link_state import LinkLimits
 from clearway.live.link.loop import Loop
 from clearway.live.link.session import Session
-from clearway.live.preflight import EscapePlan
+from clearway.live.preflight.doubts import are_level
+from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.mavlink.distances import sector_lidar
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.links import FrameLink, open_link
@@ -51,7 +51,7 @@ class SessionOptions:
     """Ask for streams and parameters though read-only."""
 
 
-def set_up(
+def set_up_mavlink(
     file: MissionFile, options: SessionOptions, notice: Notice
 ) -> tuple[Loop, MavlinkLink[Session]]:
     """Everything loaded and opened; raises InputError for what cannot be used."""
@@ -73,7 +73,7 @@ def set_up(
         enu_from_geodetic(np.zeros(3), np.zeros(3))  # Loads geodesy before a message needs it.
         system = setup.system()
         notice_escape(system.escape, sensor, notice)
-        terms = terms_of(file, setup, options)
+        terms = make_mavlink_terms(file, setup, options)
         core = Session(system, sensor, terms.session, counts)
         session = MavlinkSession(core, sensor, terms, counts)
         check = None if key is None else SignatureCheck(key)
@@ -105,7 +105,9 @@ def frames_only(
     return link, inbox, outbox
 
 
-def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> MavlinkTerms:
+def make_mavlink_terms(
+    file: MissionFile, setup: FlightSetup, options: SessionOptions
+) -> MavlinkTerms:
     """How a session is run, by mission and options."""
     address = _address(options.icao)
     floor = FloorRule(
@@ -114,9 +116,8 @@ def terms_of(file: MissionFile, setup: FlightSetup, options: SessionOptions) -> 
         terrain=file.rules.terrain_m is not None,
         stays_level=setup.planner.automaton.stays_level,
     )
-    limits = LinkLimits(
-        options.heartbeat_s, stale_s=setup.limits.state_s, blind_s=setup.limits.scan_s
-    )
+    settings = setup.planner.settings
+    limits = LinkLimits(options.heartbeat_s, stale_s=settings.state_s, blind_s=settings.scan_s)
     sensor = sensor_of(file, setup, 0.0)
     if sensor is not None:
         sees_m = min(sensor.pattern.max_range_m, setup.planner.grid.range_m)
@@ -184,7 +185,7 @@ def _traffic(
         extra_radius_m=options.traffic_margin_m,
         reach_m=reach,
         horizon_s=reach / setup.planner.speed_mps,
-        oldest_s=setup.limits.intruder_s,
+        oldest_s=setup.planner.settings.intruder_s,
     )
 
 

@@ -30,7 +30,7 @@ MOST_SILENCE_S = 30.0
 """Without any set-point for so long by our clock, it ends."""
 
 
-def run(
+def run_autopilot(
     autopilot: SimulatedAutopilot,
     link: FrameLink,
     period_s: float,
@@ -98,7 +98,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     autopilot = SimulatedAutopilot(file, setup, link, key)
     speedup = None if options.lock_step else options.speedup
-    run(autopilot, link, 1.0 / options.rate, options.duration, speedup, pilot)
+    run_autopilot(autopilot, link, 1.0 / options.rate, options.duration, speedup, pilot)
     link.close()
     if pilot is not None:
         pilot.close()

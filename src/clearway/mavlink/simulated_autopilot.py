@@ -211,13 +211,13 @@ class SimulatedAutopilot:
         if self.time_s < self.habits.sensor_dies_s:
             bodies = ObstacleMap(self._traffic.bodies(self.mission_s))
             world = CombinedWorld([self._setup.world, bodies])
-            far = telemetry.nearest(truth, world, self._range_m, tilt)
+            far = telemetry.measure_sectors(truth, world, self._range_m, tilt)
             if self.habits.sectors:
                 messages += telemetry.eighths(far, boot_ms, self._range_m, self.shown)
             else:
                 messages.append(telemetry.circle(far, boot_ms, self._range_m))
         there = replace(truth, position_m=truth.position_m - local)
-        return [*messages, telemetry.position(there, boot_ms)]
+        return [*messages, telemetry.report_position(there, boot_ms)]
 
     # --- in -------------------------------------------------------------------------------
 

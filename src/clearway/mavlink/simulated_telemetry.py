@@ -101,14 +101,16 @@ def attitude(truth: VehicleTruth, boot_ms: int, tilt_rad: float = 0.0) -> Messag
     return dialect().MAVLink_attitude_message(boot_ms, *angles, 0.0, 0.0, 0.0)
 
 
-def position(truth: VehicleTruth, boot_ms: int) -> Message:
+def report_position(truth: VehicleTruth, boot_ms: int) -> Message:
     """LOCAL_POSITION_NED."""
     place = ned_from_enu(truth.position_m).tolist()
     velocity = ned_from_enu(truth.velocity_mps).tolist()
     return dialect().MAVLink_local_position_ned_message(boot_ms, *place, *velocity)
 
 
-def nearest(truth: VehicleTruth, world: World, range_m: float, tilt_rad: float = 0.0) -> FloatArray:
+def measure_sectors(
+    truth: VehicleTruth, world: World, range_m: float, tilt_rad: float = 0.0
+) -> FloatArray:
     """[SECTORS] the least distance of the rays in every sector; inf where there is nothing."""
     turn = world_from_body([0.0, tilt_rad, truth.yaw_rad])
     rays = np.ascontiguousarray(_sector_rays() @ turn.T)

@@ -26,8 +26,8 @@ from clearway.mavlink.distances import (
     OTHER_FRAME,
     TOUCHING_M,
     Sectors,
+    make_sector_scan,
     nothing_known,
-    scan_of,
 )
 from clearway.sensors import Lidar, Scan
 
@@ -146,7 +146,7 @@ class Surroundings:
 
         def scan_at(state: State, heading_rad: float) -> Scan:
             assert lidar is not None
-            scan = scan_of(known, lidar, state, heading_rad, counts, self._tilt_rad)
+            scan = make_sector_scan(known, lidar, state, heading_rad, counts, self._tilt_rad)
             turned = world_from_body([0.0, 0.0, heading_rad])
             points = places @ turned.T @ state.world_from_body
             return replace(scan, points_m=np.concatenate([scan.points_m, points]))
@@ -166,7 +166,7 @@ class Surroundings:
 
         def scan_at(state: State, heading_rad: float) -> Scan:
             assert lidar is not None
-            return scan_of(sectors, lidar, state, heading_rad, counts, self._tilt_rad)
+            return make_sector_scan(sectors, lidar, state, heading_rad, counts, self._tilt_rad)
 
         self.session.hear_scan(told_s, scan_at, wall_s)
 

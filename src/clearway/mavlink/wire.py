@@ -11,13 +11,13 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from clearway.mavlink.dialect import checksum
+from clearway.mavlink.dialect import compute_mavlink_crc
 
 MAGIC, OLD_MAGIC = 0xFD, 0xFE
 MAGICS = re.compile(b"[\xfd\xfe]")
 HEADER, OLD_FRAME, CHECKSUM, SIGNATURE = 10, 8, 2, 13
 SIGNED = 0x01
-LONGEST = HEADER + 255 + CHECKSUM + SIGNATURE
+LONGEST_FRAME = HEADER + 255 + CHECKSUM + SIGNATURE
 MOST_FLAWS, MOST_FRAMES = 32, 64
 """Of a datagram: what is behind so many damaged, or whole, frames is not looked at. Senders put
 1,500 bytes into one at most, which is 44 of the shortest signed frames."""
@@ -105,7 +105,10 @@ def _is_mavlink_1(data: bytes, at: int, extras: Mapping[int, int]) -> bool:
     message = data[at + 5] if len(data) - at > 5 else -1
     end = at + length - CHECKSUM
     told = int.from_bytes(data[end : end + CHECKSUM], "little")
-    return message in extras and checksum(data[at + 1 : end] + bytes([extras[message]])) == told
+    return (
+        message in extras
+        and compute_mavlink_crc(data[at + 1 : end] + bytes([extras[message]])) == told
+    )
 
 
 def _ends_well(data: bytes, at: int, length: int) -> bool:
@@ -122,7 +125,7 @@ def _flaw(data: bytes, at: int, extras: Mapping[int, int]) -> str | None:
         return NOT_NEEDED
     end = at + HEADER + data[at + 1]
     told = int.from_bytes(data[end : end + CHECKSUM], "little")
-    if checksum(data[at + 1 : end] + bytes([extras[message]])) != told:
+    if compute_mavlink_crc(data[at + 1 : end] + bytes([extras[message]])) != told:
         return BAD_CHECKSUM
     return None
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, enu_from_ned, ned_from_enu, world_from_body
 from clearway.live.guard.guard_session import WishMaker
@@ -109,7 +109,7 @@ def same_again(message: Message, boot_ms: int, system: int, component: int) -> M
     )
 
 
-def velocity_message(
+def encode_velocity(
     velocity_mps: FloatArray, yaw_rate_rps: float, boot_ms: int, system: int, component: int
 ) -> Message:
     """A velocity [3] of the world, without a place."""

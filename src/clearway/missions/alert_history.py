@@ -21,7 +21,7 @@ from clearway.missions.judged_traffic import (
     judge_at,
 )
 from clearway.missions.own_aircraft import find_own_aircraft
-from clearway.traffic.recorded import TrafficRecording, aircraft_of
+from clearway.traffic.recorded import TrafficRecording, collect_aircraft
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.ghosts import ghosts_of
 from clearway.traffic.recorded.placed import PlacedTrack, place_aircraft
@@ -116,7 +116,7 @@ def judge_recording(
     own: an address or callsign; None for the one that the recording names as its own. Raises
     InputError where it is not clear which aircraft is the own one.
     """
-    aircraft = aircraft_of(recording)
+    aircraft = collect_aircraft(recording)
     mine = find_own_aircraft(aircraft, own, recording)
     history = alert_history(aircraft, mine.address, volumes, performance)
     seconds = len(history.seconds)

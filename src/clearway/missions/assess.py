@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.scene import (
     RatingSettings,
     ReachSettings,
@@ -27,7 +27,6 @@ from clearway.missions.scan_fit import describe_assumed_vehicle
 from clearway.missions.scene_reading import read_scene
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Lidar, Scan, estimate_pattern
-from clearway.sensors.detection import Rule
 from clearway.traffic import Intruder
 
 SCENE = ".toml"
@@ -46,7 +45,6 @@ def assess(
     speed_mps: float | None = None,
     vehicle: VehicleKind | None = None,
     settings: AvoidanceSettings | None = None,
-    detection_rule: Rule = "ratio",
     notice: Notice | None = None,
 ) -> SceneAssessment:
     """Rate one moment: how likely, visible and reachable every cell of the grid is, no decision.
@@ -94,7 +92,7 @@ def assess(
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
         traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
         reach=ReachSettings(vehicle or _assumed(scans), speed_mps=speed_mps),
-        rating=RatingSettings.of(settings, detection_rule),
+        rating=RatingSettings.of(settings),
     )
     _check_times(scene)
     if vehicle is None and scene.reach.kind == "multirotor":

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.traffic import Intruder
-from clearway.traffic.recorded.aircraft import FASTEST_MPS
+from clearway.traffic.recorded.aircraft import FASTEST_RECORDED_MPS
 from clearway.traffic.recorded.geodesy import axes_at
 from clearway.traffic.recorded.placed import COAST_S, PlacedTrack
 from clearway.traffic.volumes import Alerts, VolumeSet, alerts_after
@@ -115,8 +115,8 @@ def judge_at(tracks: OtherTracks, at: int, volumes: VolumeSet) -> JudgedSecond:
     own_mps[2] = own.climb_mps[at]
     place[:, 2], velocity[:, 2], assumed = _heights(tracks, at, rows, own_mps[2], volumes)
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
-    closing = np.where(np.isnan(speed), FASTEST_MPS, speed) + np.nan_to_num(
-        np.hypot(own_mps[0], own_mps[1]), nan=FASTEST_MPS
+    closing = np.where(np.isnan(speed), FASTEST_RECORDED_MPS, speed) + np.nan_to_num(
+        np.hypot(own_mps[0], own_mps[1]), nan=FASTEST_RECORDED_MPS
     )
     away = np.hypot(place[:, 0], place[:, 1])
     matters = away <= _reach_m(volumes, closing)

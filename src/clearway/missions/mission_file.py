@@ -9,8 +9,8 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -34,13 +34,20 @@ from clearway.missions.mission_sections import (
     VerifySection,
 )
 from clearway.missions.place_sections import MapSection, PointCloudSection, WorldObstacleSection
-from clearway.missions.planned import PLANS, Notice, beside, plan_reader, planned_tables, with_plan
+from clearway.missions.planned import (
+    PLANS,
+    Notice,
+    plan_reader,
+    planned_tables,
+    resolve_beside,
+    with_plan,
+)
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.sections import GridSection, said, values_for, without_version
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 from clearway.missions.volume_section import VolumeSection, volumes_of
-from clearway.sim.worlds import FAMILIES
+from clearway.sim.worlds import WORLD_FAMILIES
 from clearway.traffic.volumes import VOLUME_SETS, VolumeSet
 
 OWN_ADDRESS = "ownship"
@@ -177,7 +184,8 @@ class MissionFile(Section):
         return None if named is None else VOLUME_SETS.named(named)
 
     def to_avoidance(self) -> AvoidanceSettings:
-        """How decisions are taken."""
+        """How the vehicle senses, remembers and decides."""
+        volumes = self.to_volumes()
         return AvoidanceSettings(
             **values_for(AvoidanceSettings, self.rating, self.safety),
             rating=self.rating.name,
@@ -187,7 +195,11 @@ class MissionFile(Section):
             intruder_models=self.traffic.models,
             prices=Prices(**values_for(Prices, self.prices)),
             sensor_fusion=self.rating.sensors,
-            volumes=self.to_volumes() if self.traffic.keep_volumes else None,
+            volumes=volumes if self.traffic.keep_volumes else None,
+            alert_volumes=volumes,
+            follow_movers=self.follows_dynamic_objects,
+            tracker=self.traffic.to_tracker(),
+            transponder_address=OWN_ADDRESS,
             lowest_m=-np.inf if self.rules.floor_m is None else self.rules.floor_m,
             highest_m=np.inf if self.rules.ceiling_m is None else self.rules.ceiling_m,
         )
@@ -257,9 +269,9 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
     path = Path(name_or_path)
     if not path.exists() and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
-        near = did_you_mean(name_or_path, [*built_in, *FAMILIES]) or file_nearby(path)
+        near = did_you_mean(name_or_path, [*built_in, *WORLD_FAMILIES]) or file_nearby(path)
         problem = f"no such mission or file{near}; missions by name: {names}; made-up worlds: "
-        raise InputError(name_or_path, problem + ", ".join(FAMILIES))
+        raise InputError(name_or_path, problem + ", ".join(WORLD_FAMILIES))
     if plan_reader(path) is not None:
         return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
     if path.suffix != ".toml":
@@ -273,16 +285,18 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     """Files that a mission names are looked for beside its own."""
     _refuse_absent_data(path, mission)
     if mission.point_cloud is not None:
-        file = str(at_hand(Path(beside(path, mission.point_cloud.file))))
+        file = str(at_hand(Path(resolve_beside(path, mission.point_cloud.file))))
         mission = mission.changed("point_cloud", file=file)
     if mission.map is not None:
-        files = tuple(str(at_hand(Path(beside(path, file)))) for file in mission.map.files)
+        files = tuple(str(at_hand(Path(resolve_beside(path, file)))) for file in mission.map.files)
         mission = mission.changed("map", files=files)
     if mission.vehicle.automaton is not None:
-        file = beside(path, mission.vehicle.automaton)
+        file = resolve_beside(path, mission.vehicle.automaton)
         mission = mission.changed("vehicle", automaton=file)
     if mission.traffic.recording is not None:
-        mission = mission.changed("traffic", recording=beside(path, mission.traffic.recording))
+        mission = mission.changed(
+            "traffic", recording=resolve_beside(path, mission.traffic.recording)
+        )
     return mission
 
 
@@ -293,7 +307,7 @@ def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
     absent = [
         file
         for file in named
-        if where_from(file) and not at_hand(Path(beside(path, file))).exists()
+        if where_from(file) and not at_hand(Path(resolve_beside(path, file))).exists()
     ]
     if absent:
         raise AbsentPublicFileError(

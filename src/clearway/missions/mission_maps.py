@@ -10,7 +10,7 @@ from clearway.avoidance.rules import GroundHeights
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.maps.maps import MapFile, read_maps
 from clearway.io.maps.placing import Bounds
-from clearway.io.moments import moment
+from clearway.io.moments import parse_moment
 from clearway.missions.mission_file import MissionFile
 from clearway.obstacles.obstacle import Obstacle
 
@@ -38,7 +38,7 @@ def mission_maps(file: MissionFile) -> MissionMaps:
     if section is None or not section.files:
         return MissionMaps()
     origin = file.mission.origin_geodetic
-    when = None if section.at is None else moment("map.at", section.at)
+    when = None if section.at is None else parse_moment("map.at", section.at)
     maps = read_maps(
         section.files,
         None if origin is None else Geodetic(*origin),

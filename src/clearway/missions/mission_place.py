@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from clearway.avoidance.rules import GroundHeights
 from clearway.io.maps.map_features import Geodetic
-from clearway.io.moments import moment
+from clearway.io.moments import parse_moment
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import MissionMaps
 from clearway.missions.mission_traffic import RecordedAir
@@ -33,6 +33,6 @@ def mission_place(file: MissionFile, maps: MissionMaps, air: RecordedAir | None)
     if air is not None and air.begins_s is not None:
         begins = datetime.fromtimestamp(air.begins_s, UTC)
     elif file.map is not None and file.map.at is not None:
-        begins = moment("map.at", file.map.at)
+        begins = parse_moment("map.at", file.map.at)
     given = file.mission.origin_geodetic
     return MissionPlace(maps.origin if given is None else Geodetic(*given), maps.ground, begins)

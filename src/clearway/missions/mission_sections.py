@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.checks import span_problem
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
@@ -23,7 +23,7 @@ from clearway.missions.sections import (
 )
 from clearway.reach import METHODS
 from clearway.sensors import COMBINE_RULES
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.errors import InputError
-from clearway.io.moments import moment
+from clearway.io.moments import parse_moment
 from clearway.io.traffic.traffic import read_traffic
 from clearway.missions.mission_file import MissionFile
-from clearway.traffic.recorded import Aircraft, TrafficRecording, aircraft_of, without_ghosts
+from clearway.traffic.recorded import Aircraft, TrafficRecording, collect_aircraft, without_ghosts
 from clearway.traffic.recorded.playing import PlayedTrack, RecordedTraffic, played_track
 
 
@@ -41,7 +41,7 @@ def mission_traffic(file: MissionFile) -> RecordedAir | None:
     recording = read_traffic(section.recording)
     if not recording.reports:
         raise InputError(section.recording, "no aircraft in it says where it is")
-    aircraft = aircraft_of(recording)
+    aircraft = collect_aircraft(recording)
     own = _own(aircraft, section.own_address, section.recording)
     reporting = [one for one in without_ghosts(aircraft) if one is not own]
     geometric = section.heights == "geometric"
@@ -95,7 +95,7 @@ def _from_s(file: MissionFile, recording: TrafficRecording) -> float:
                 f"traffic.recording_from: {given!r}, but the clock of the recording is a "
                 "stopwatch; valid: seconds",
             )
-        return moment("traffic.recording_from", given).timestamp()
+        return parse_moment("traffic.recording_from", given).timestamp()
     return given
 
 

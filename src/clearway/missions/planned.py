@@ -55,7 +55,7 @@ Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
 
-def beside(path: Path, file: str) -> str:
+def resolve_beside(path: Path, file: str) -> str:
     """The place of a file that is given relative to a mission file."""
     return str((path.parent / file).absolute())
 
@@ -102,7 +102,7 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
         return tables
     if not all(isinstance(tables.get(name, {}), dict) for name in shared):
         return tables
-    place = Path(beside(path, mission["plan"]))
+    place = Path(resolve_beside(path, mission["plan"]))
     if plan_reader(place) is None:
         raise InputError(
             str(path), f"mission.plan: suffix {place.suffix!r}; valid: {', '.join(PLANS)}"

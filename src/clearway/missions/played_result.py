@@ -56,7 +56,7 @@ def scan_result(index: int, played: PlayedScan) -> dict[str, Any]:
     }
 
 
-def in_words(result: Mapping[str, Any]) -> str:
+def describe_playback(result: Mapping[str, Any]) -> str:
     """A line a scan under what is the same for all."""
     beams = beams_in_words(result["pattern_from"], result["pattern"])
     poses = "recorded" if result["poses"] else "none: hovering, goal straight ahead, no memory"

@@ -7,15 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
-from clearway.avoidance.scene import Scene, VehicleKind, automaton_of
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.scene import Scene, VehicleKind, build_scene_automaton
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.scans.pointcloud import PointCloud
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.io.scans.usable import LeftOut, find_usable
-from clearway.live import AvoidanceSystem, DataLimits
+from clearway.live import AvoidanceSystem
 from clearway.live.playback import Moment, PlayedScan, mission_along, play
 from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import SceneInput, cloud_notes, lidar_of, open_section
@@ -109,7 +110,7 @@ def _lidar(
 def _system(
     scene: Scene, lidar: Lidar, states: list[State], start_s: float, notice: Notice | None
 ) -> AvoidanceSystem:
-    automaton = automaton_of(scene)
+    automaton = build_scene_automaton(scene)
     rating = scene.rating
     settings = AvoidanceSettings(
         rating=rating.rating,
@@ -117,21 +118,21 @@ def _system(
         unknown_unseen=rating.unknown_unseen,
         threshold=rating.threshold,
         safety_margin_m=rating.safety_margin_m,
+        detection=rating.detection,
     )
+    if not states:
+        settings = replace(settings, memory_s=ONE_SCAN_S)
     planner = Planner.of(ReachLibrary.load_or_build(automaton, scene.grid, notice=notice), settings)
     mission = mission_along(
         states or [replace(scene.state, time_s=start_s)],
         scene.grid.range_m,
         REACH_RADIUS * scene.speed_mps,
     )
-    limits = DataLimits() if states else DataLimits(memory_s=ONE_SCAN_S)
     system = AvoidanceSystem(
         planner,
         mission,
         lidars=(lidar,),
         obstacle_map=scene.obstacle_map,
-        limits=limits,
-        detection_rule=rating.detection,
     )
     for traffic in scene.traffic:
         system.update(replace(traffic.intruder, time_s=start_s))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.long_range.resolve import LongRangeChoice
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision

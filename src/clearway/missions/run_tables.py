@@ -69,7 +69,7 @@ def write_tables(run: Run[Steering], folder: Path) -> None:
     about = {"clearway": json.dumps(run.summary()), "schema_version": str(SCHEMA_VERSION)}
     tables = {DECISIONS: decision_table(run), TRACK: track_table(run)}
     if run.intruder_tracks:
-        tables[INTRUDERS] = intruder_table(run)
+        tables[INTRUDERS] = tabulate_intruders(run)
     for name, table in tables.items():
         write_table(table.replace_schema_metadata(about), folder / name, compression="zstd")
 
@@ -156,7 +156,7 @@ def track_table(run: Run[Steering]) -> pyarrow.Table:
     )
 
 
-def intruder_table(run: Run[Steering]) -> pyarrow.Table:
+def tabulate_intruders(run: Run[Steering]) -> pyarrow.Table:
     """One row per step and intruder: its true place."""
     import pyarrow as pa
 

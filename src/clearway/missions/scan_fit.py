@@ -15,8 +15,8 @@ from clearway.io.scans.usable import LeftOut
 from clearway.missions.scene_file import ScanSection, SceneFile
 from clearway.missions.sections import GridSection
 from clearway.sensors import Lidar, Mounting
-from clearway.sensors.estimate import RECOGNISED
-from clearway.sensors.own_airframe import NEAR_M, own_airframe
+from clearway.sensors.beams.estimate import RECOGNISED
+from clearway.sensors.beams.own_airframe import NEAR_M, own_airframe
 
 LEVEL_RAD = np.radians(1.0)
 """A sensor tilted by more looks as high as its azimuth says: no grid follows that."""

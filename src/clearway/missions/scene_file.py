@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 from clearway.avoidance.scene import VehicleKind
 from clearway.base.units import FASTEST_MPS
-from clearway.base.variants import in_words
+from clearway.base.variants import join_choices
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.choices import OneOf
 from clearway.io.scans.optical import Axes
@@ -30,7 +30,7 @@ from clearway.missions.sections import (
     without_version,
 )
 from clearway.reach.sets import METHODS, tuning_of
-from clearway.sensors.detection import RULES
+from clearway.sensors.cells.detection import RULES
 from clearway.traffic import Intruder
 from clearway.traffic.models.combined import MODELS
 from clearway.traffic.models.timing import TIMED_RULES
@@ -219,7 +219,7 @@ class SceneReachSetSection(Section):
         for name in self.tuning:
             tuned = [method for method in METHODS if name in tuning_of(method)]
             if self.method not in tuned:
-                raise ValueError(f"{name} tunes {in_words(tuned)}, not {self.method}")
+                raise ValueError(f"{name} tunes {join_choices(tuned)}, not {self.method}")
         return self
 
     @property

@@ -45,7 +45,7 @@ from clearway.sensors import (
     named_pattern,
     simulate_scan,
 )
-from clearway.sensors.beams import MOST_BEAMS
+from clearway.sensors.beams.pattern import MOST_BEAMS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +83,7 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
     changes = dict(overrides or {})
     if "file" in changes.get("scan", {}):
         tables.pop("scan", None)
-    tables = merged(tables, changes)
+    tables = merge_tables(tables, changes)
     return scene_of(str(path), tables, path.parent, path.stem)
 
 
@@ -116,13 +116,13 @@ def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) ->
     return SceneInput(scene, file.effective(folder), notes)
 
 
-def merged(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+def merge_tables(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Tables with the keys of `overrides` in place of theirs, tables within tables likewise."""
     result = dict(tables)
     for key, value in overrides.items():
         old = result.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping):
-            value = merged(old, value)
+            value = merge_tables(old, value)
         result[key] = value
     return result
 

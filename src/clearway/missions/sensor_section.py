@@ -12,7 +12,7 @@ from pydantic import Field
 from clearway.base.errors import InputError, OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.own_code import guarded, raised
+from clearway.base.own_code import guard_call, raised
 from clearway.base.state import BoolArray, State
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
@@ -20,7 +20,7 @@ from clearway.io.toml import Section, parse_model
 from clearway.missions.lidar_section import LidarSection
 from clearway.obstacles.world import World
 from clearway.sensors import Lidar, Scan
-from clearway.sensors.detection import Detection
+from clearway.sensors.cells.detection import Detection
 from clearway.sensors.standing import Standing
 
 ASKED = ("name", "standing", "sigma_m", "detect", "returns", "passes", "scan")
@@ -71,7 +71,7 @@ def _own(label: str, found: Any) -> MakeSensor:
             )
         plain = ASKED[:3]
         asked: dict[str, Any] = {
-            name: guarded(f"{label}.{name}", getattr(sensor, name))
+            name: guard_call(f"{label}.{name}", getattr(sensor, name))
             for name in ASKED
             if name not in plain
         }

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.brief import brief
 from clearway.base.errors import FlightRefusedError, InputError
 from clearway.base.grid import AvoidanceGrid
-from clearway.live import AvoidanceSystem, DataLimits
-from clearway.live.doubts import over_level, over_reach, over_span
-from clearway.live.fineness import too_coarse, what_beams_hold
+from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
-from clearway.live.preflight import EscapePlan, escape_plan
-from clearway.live.route import check_mission
-from clearway.missions.mission_file import OWN_ADDRESS, MissionFile
+from clearway.live.preflight.doubts import over_level, over_reach, over_span
+from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
+from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.routing.route import check_mission
+from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_place import NOWHERE, MissionPlace, mission_place
 from clearway.missions.mission_traffic import RecordedAir, mission_traffic
@@ -31,8 +31,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
 from clearway.reach import ReachLibrary
 from clearway.sensors import Lidar
-from clearway.sensors.detection import Rule
-from clearway.sensors.simulate import Scanner
+from clearway.sensors.beams.simulate import Scanner
 from clearway.sim import OnDecision, Run, SimulationSettings, simulate
 from clearway.sim.baselines import REPORTED_TRAFFIC, Craft, Danger, Source, pilot_named
 from clearway.sim.faults import Faults
@@ -41,8 +40,6 @@ from clearway.sim.lying_lidar import LyingLidar
 from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
-from clearway.traffic import TrackerSettings
-from clearway.traffic.volumes import VolumeSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 if TYPE_CHECKING:
@@ -68,20 +65,13 @@ class FlightSetup:
     obstacle_map: ObstacleMap
     """What the vehicle is told."""
     simulation: SimulationSettings
-    limits: DataLimits
-    detection_rule: Rule
-    ground_m: float
     script: tuple[ScriptedIntruder, ...]
     """Intruders that appear."""
     traffic: TrafficSettings
-    follow_movers: bool
-    tracker: TrackerSettings | None
     recorded: RecordedAir | None = None
     """Real traffic that plays around the flight."""
     plant: PlantKind | None = None
     """What truly moves; None for what does as the automaton predicts."""
-    volumes: VolumeSet | None = None
-    """What to alert on about other aircraft."""
     lies: tuple[LyingLidar, ...] = ()
     """LiDARs that tell the system something else than what is there."""
     notes: tuple[str, ...] = ()
@@ -129,7 +119,9 @@ class FlightSetup:
 
     def system(self) -> AvoidanceSystem:
         """A fresh system on the ground."""
-        return AvoidanceSystem(self.planner, self.mission, volumes=self.volumes, **self._known)
+        return AvoidanceSystem(
+            self.planner, self.mission, lidars=self.sensors, obstacle_map=self.obstacle_map
+        )
 
     def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
         """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
@@ -138,24 +130,11 @@ class FlightSetup:
         return Guardian(
             self.planner,
             self.mission.start,
+            lidars=self.sensors,
+            obstacle_map=self.obstacle_map,
             hold_s=hold_s,
             acceleration_mps2=acceleration_mps2,
-            **self._known,
         )
-
-    @property
-    def _known(self) -> dict[str, Any]:
-        """What whoever decides is told, whoever that is."""
-        return {
-            "lidars": self.sensors,
-            "obstacle_map": self.obstacle_map,
-            "limits": self.limits,
-            "detection_rule": self.detection_rule,
-            "ground_m": self.ground_m,
-            "follow_movers": self.follow_movers,
-            "tracker": self.tracker,
-            "address": OWN_ADDRESS,
-        }
 
     def refuse_impossible(self) -> None:
         """Raise FlightRefusedError with the reasons if the map shows that the mission cannot be."""
@@ -259,7 +238,6 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     rules = mission_rules(file.rules, file.keep_out, maps.ground, file.mission.name)
     planner = Planner.of(library, file.to_avoidance(), rules=rules)
     turning_radius_m = file.safety.conservative_turning_radius_m or automaton.turning_radius_m
-    ground_m, faults = file.safety.ground_height_m, file.faults.to_faults()
     lies = (part.to_lie(grid) for part in file.lidar)
     sensors = mission_sensors(file.lidar, file.sensor, grid, file.mission.name)
     held = what_beams_hold(planner, [one for one in sensors if isinstance(one, Lidar)])
@@ -270,17 +248,11 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         sensors=sensors,
         world=world.there,
         obstacle_map=world.charted,
-        simulation=_simulation(file, faults),
-        limits=DataLimits(**values_for(DataLimits, file.safety)),
-        detection_rule=file.rating.detection,
-        ground_m=-np.inf if ground_m is None else ground_m,
+        simulation=_simulation(file, file.faults.to_faults()),
         script=tuple(part.to_scripted(file.traffic.spawn) for part in file.intruder),
         traffic=file.traffic.to_settings(),
-        follow_movers=file.follows_dynamic_objects,
-        tracker=file.traffic.to_tracker(),
         recorded=recorded,
         plant=file.vehicle.to_plant(),
-        volumes=file.to_volumes(),
         lies=tuple(lie for lie in lies if lie is not None),
         notes=maps.notes
         + (recorded.notes if recorded is not None else ())

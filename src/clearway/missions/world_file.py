@@ -17,7 +17,7 @@ from clearway.missions.planned import Notice
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.clutter import NET_THICKNESS_M
-from clearway.sim.worlds import FAMILIES, made_world
+from clearway.sim.worlds import WORLD_FAMILIES, made_world
 
 NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
 """The sensor of all made-up worlds: that of the paper's missions."""
@@ -45,7 +45,7 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
     """
     name = str(name_or_path)
     family, _, seed = name.partition(":")
-    if family not in FAMILIES:
+    if family not in WORLD_FAMILIES:
         return read_mission_file(name, notice)
     if seed and not seed.isdigit():
         raise InputError(name, f"seed {seed!r}: a whole number is needed after the colon")

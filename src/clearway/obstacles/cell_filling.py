@@ -22,7 +22,7 @@ from clearway.obstacles.rounded_box import (
 from clearway.obstacles.some_shapes import (
     AT_ONCE,
     SomeShapes,
-    lay_out,
+    lay_out_shapes,
     some_shapes,
     touching,
     turn_in,
@@ -75,7 +75,7 @@ def parts_of(nodes: CellNodes) -> Parts:
 
 
 @compiled
-def share_of(
+def estimate_share(
     shapes: Shapes, nodes: CellNodes, cell: int, found: Ints, looks: int, parts: Parts
 ) -> float:
     """The share of a cell that some shapes fill together, by so many looks of a shape at a part."""
@@ -155,7 +155,7 @@ def _fill_by_part(shapes: Shapes, count: int, found: Ints, parts: Parts) -> None
     some, filled = parts.some, parts.filled
     for first in range(0, len(found), AT_ONCE):
         these = found[first : first + AT_ONCE]
-        lay_out(shapes, these, some.rows)
+        lay_out_shapes(shapes, these, some.rows)
         full = 0
         for p in range(count):
             if filled[p] < 1.0:

@@ -12,7 +12,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
-from clearway.obstacles.cell_filling import parts_of, share_of
+from clearway.obstacles.cell_filling import estimate_share, parts_of
 from clearway.obstacles.cell_nodes import NODES_PER_CELL, CellNodes, cell_nodes
 from clearway.obstacles.cell_volume import union_shares
 from clearway.obstacles.near_cells import distances, look_around, near_cells
@@ -48,7 +48,7 @@ def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fa
     raise ClearwayError(f"volume mode {mode!r} is none of {', '.join(get_args(VolumeMode))}")
 
 
-def coated_cells(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolArray:
+def inflate_shapes(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> BoolArray:
     """[cells] that come within a margin of an obstacle (def. 5, def. 6).
 
     No such cell is left out; one that stays clear by less than a sixteenth of its volume's
@@ -71,7 +71,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
                 shares[cell] = 1.0
             elif near.many[c] > 0:
                 found = near.found[c, : near.many[c]]
-                shares[cell] = share_of(shapes, nodes, cell, found, looks, parts)
+                shares[cell] = estimate_share(shapes, nodes, cell, found, looks, parts)
     return shares
 
 

@@ -12,7 +12,7 @@ from clearway.base.rounding import SURELY
 from clearway.obstacles.cell_nodes import CellNodes
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import local_vector
-from clearway.obstacles.some_shapes import distances_off, lay_out
+from clearway.obstacles.some_shapes import distances_off, lay_out_shapes
 
 SURELY_M = 1e-9
 """Metres by which a shape must be nearer to a cell than asked, for all the rounding."""
@@ -48,7 +48,7 @@ def near_cells(shapes: Shapes, nodes: CellNodes) -> NearCells:
     """Room for the largest group of a grid, and the shapes laid out."""
     most, many = np.max(np.diff(nodes.group_first)), len(shapes.radius_m)
     rows = np.empty((16, many))
-    lay_out(shapes, np.arange(many), rows)
+    lay_out_shapes(shapes, np.arange(many), rows)
     return NearCells(
         rows,
         np.empty(many),

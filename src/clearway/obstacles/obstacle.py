@@ -15,7 +15,12 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.brief import brief
-from clearway.base.checks import above_zero_problem, found, number_problem, vector_problem
+from clearway.base.checks import (
+    above_zero_problem,
+    collect_problems,
+    number_problem,
+    vector_problem,
+)
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
@@ -207,7 +212,7 @@ def _problems(obstacle: Obstacle) -> list[str]:
         choices = ", ".join(get_args(ObstacleShape))
         return [f"shape: {obstacle.shape!r} is none of {choices}"]
     for name in ("position_m", "orientation_rad"):
-        problems += found([vector_problem(name, getattr(obstacle, name), 3)])
+        problems += collect_problems([vector_problem(name, getattr(obstacle, name), 3)])
     needed, given = SHAPE_SIZES[obstacle.shape], tuple(obstacle.size_m)
     if len(given) != needed:
         problems.append(f"size_m: a {obstacle.shape} needs {needed} lengths, got {len(given)}")

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import one_line
-from clearway.base.checks import are_points, kind_of, points_of
-from clearway.base.compiled import compiled, plain
+from clearway.base.checks import are_points, check_points, kind_of
+from clearway.base.compiled import compiled, make_plain_array
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -85,7 +85,7 @@ class ObstacleMap:
         return self._nearest(points_m, within_m)[0]
 
     def _nearest(self, points_m: npt.ArrayLike, within_m: float) -> tuple[FloatArray, IntArray]:
-        points = points_of("obstacle map: points", points_m)
+        points = check_points("obstacle map: points", points_m)
         return nearest_obstacles(points, float(within_m), self.shapes, self.tree)
 
     def cast(
@@ -93,11 +93,11 @@ class ObstacleMap:
     ) -> FloatArray:
         """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
         return cast_rays(
-            plain(np.asarray(origin_m, dtype=np.float64)),
-            plain(
+            make_plain_array(np.asarray(origin_m, dtype=np.float64)),
+            make_plain_array(
                 directions
                 if are_points(directions)
-                else points_of("obstacle map: directions", directions)
+                else check_points("obstacle map: directions", directions)
             ),
             float(max_range_m),
             self.shapes,

@@ -40,7 +40,7 @@ def some_shapes() -> SomeShapes:
 
 
 @compiled
-def lay_out(shapes: Shapes, found: Ints, rows: Floats2) -> None:
+def lay_out_shapes(shapes: Shapes, found: Ints, rows: Floats2) -> None:
     """Fill in some shapes by coordinate."""
     for k in range(len(found)):
         s = found[k]

@@ -27,7 +27,7 @@ from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.lattice import SAMPLES, grid_from_level
+from clearway.reach.expand.lattice import MOVEMENT_SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.abilities import PITCH_TOLERANCE_RAD
 from clearway.vehicle.automaton import MovementAutomaton
@@ -128,7 +128,7 @@ class TurnedLegs(NamedTuple):
 def _legs(
     turns: AttitudeTurns, automaton: MovementAutomaton, roll_rad: float, pitch_rad: float
 ) -> TurnedLegs:
-    paths_from = movement_paths(automaton, SAMPLES)
+    paths_from = movement_paths(automaton, MOVEMENT_SAMPLES)
     attitudes = [(0, roll_rad, pitch_rad)]
     known = {(0, round(roll_rad / SAME_RAD), round(pitch_rad / SAME_RAD)): 0}
     following: list[list[int]] = []
@@ -177,7 +177,7 @@ def _sagitta(along: FloatArray, starts: FloatArray) -> FloatArray:
     chords = np.diff(along[..., :3], axis=2, prepend=0.0)
     length = np.sqrt(np.einsum("amsi,amsi->ams", chords, chords)).sum(axis=2)
     bend = np.hypot(along[:, :, -1, 5], along[:, :, -1, 4] - starts[:, None])
-    return np.asarray(length * bend / (8.0 * SAMPLES**2), dtype=np.float64)
+    return np.asarray(length * bend / (8.0 * MOVEMENT_SAMPLES**2), dtype=np.float64)
 
 
 @compiled
@@ -189,7 +189,7 @@ def _flown(
     rotation: Floats2,
 ) -> tuple[Floats3, Floats2, Floats, Bools, Bools]:
     nodes = len(parent)
-    samples, states = np.empty((nodes, SAMPLES, 3)), np.empty((nodes, 6))
+    samples, states = np.empty((nodes, MOVEMENT_SAMPLES, 3)), np.empty((nodes, 6))
     sagitta = np.empty(nodes)
     keeps, stays = np.ones(nodes, dtype=np.bool_), np.ones(nodes, dtype=np.bool_)
     attitude = np.empty(nodes, dtype=np.int64)
@@ -202,7 +202,7 @@ def _flown(
             x, y, z = place[p, 0], place[p, 1], place[p, 2]
             keeps[n], stays[n] = keeps[p], stays[p]
         cosine, sine = np.cos(yaw), np.sin(yaw)
-        for s in range(SAMPLES):
+        for s in range(MOVEMENT_SAMPLES):
             leg = legs.states[at, m, s]
             px = x + cosine * leg[0] - sine * leg[1]
             py = y + sine * leg[0] + cosine * leg[1]
@@ -212,7 +212,7 @@ def _flown(
                     rotation[axis, 0] * px + rotation[axis, 1] * py + rotation[axis, 2] * pz
                 )
         place[n, 0], place[n, 1], place[n, 2] = px, py, pz
-        states[n, :3] = samples[n, SAMPLES - 1]
+        states[n, :3] = samples[n, MOVEMENT_SAMPLES - 1]
         states[n, 3], states[n, 4] = leg[3], leg[4]
         states[n, 5] = yaw + leg[5]
         sagitta[n] = max(least_sagitta[n], legs.sagitta_m[at, m])

@@ -9,12 +9,12 @@ from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.suggest import did_you_mean
 from clearway.base.variants import Variants
-from clearway.reach import covering, keep
-from clearway.reach.buffers import ByteArray
-from clearway.reach.equivalence import each_way_once
-from clearway.reach.lattice import Lattice, build_lattice, movements_deep
-from clearway.reach.primitives import primitives
-from clearway.reach.select import Select, expanded, merged, tree_of
+from clearway.reach.choose import covering, keep
+from clearway.reach.choose.equivalence import each_way_once
+from clearway.reach.choose.primitives import primitives
+from clearway.reach.choose.select import Select, expanded, merge_sets, tree_of
+from clearway.reach.expand.buffers import ByteArray
+from clearway.reach.expand.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -94,7 +94,7 @@ def _combined(spread: float = 8.0, harmonic: float = 1.0, side_exits: float = 1.
     def select(
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
-        return merged(*(part(lattice, grid, start_pitch_rad, deep) for part in parts))
+        return merge_sets(*(part(lattice, grid, start_pitch_rad, deep) for part in parts))
 
     return select
 
@@ -112,10 +112,10 @@ METHODS: Variants[Callable[..., Select]] = Variants(
         "harmonic": _harmonic,
         "combined": _combined,
         "primitives": _primitives,
-        "dispersion": covering.dispersion,
-        "cover": covering.cover,
-        "late": covering.late,
-        "flying": covering.flying,
+        "dispersion": covering.select_dispersed,
+        "cover": covering.select_cover,
+        "late": covering.select_late,
+        "flying": covering.select_for_flying,
     },
 )
 """Reach sets by name: a function of their tuning that gives the selection; add one here."""

@@ -9,8 +9,8 @@ import sys
 
 from clearway.base.errors import InputError
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.escape_store import content_key, name_of, search, store
-from clearway.reach.legs import legs_from_level
+from clearway.reach.escapes.legs import legs_from_level
+from clearway.reach.escapes.store import hash_escapes, name_of, search_escapes, store
 from clearway.reach.store import SHIPPED, ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -35,9 +35,9 @@ def main() -> None:
         print(f"{path.name}: {path.stat().st_size} bytes", file=sys.stderr)
     for automaton in standard_automata():
         _, legs = legs_from_level(automaton)
-        key = content_key(automaton, legs)
+        key = hash_escapes(automaton, legs)
         path = SHIPPED / name_of(key)
-        store(path, key, search(automaton, legs), _refused)
+        store(path, key, search_escapes(automaton, legs), _refused)
         print(f"{path.name}: {path.stat().st_size} bytes", file=sys.stderr)
 
 

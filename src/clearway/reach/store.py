@@ -20,9 +20,9 @@ from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
-from clearway.reach.lattice import Lattice
+from clearway.reach.expand.lattice import Lattice
+from clearway.reach.expand.trace import trace_reach_set
 from clearway.reach.sets import lattice_for, reach_set_at
-from clearway.reach.trace import reach_set_of
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -104,7 +104,7 @@ class ReachLibrary:
         found: tuple[ReachSet, ...] = ()
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         for lattice in _rooted(every):
-            key = content_key(lattice, grid, method, tuning)
+            key = hash_library(lattice, grid, method, tuning)
             name = f"reach-{key.hex()[:32]}.bin"
             place = folder or cache_folder()
             reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
@@ -125,7 +125,7 @@ class ReachLibrary:
         if self.automaton.pairs is not None:
             raise InputError(str(folder), "reach sets of a measured automaton are not shipped")
         lattice = lattice_for(self.automaton, self.grid, self.automaton.start_pitches_rad, {})
-        key = content_key(lattice, self.grid, self.method, {})
+        key = hash_library(lattice, self.grid, self.method, {})
         path = folder / f"reach-{key.hex()[:32]}.bin"
         problems: list[str] = []
         _store(path, key, self.reach_sets, problems.append)
@@ -141,7 +141,7 @@ class ReachLibrary:
         )
 
 
-def content_key(
+def hash_library(
     lattice: Lattice, grid: AvoidanceGrid, method: str, tuning: Mapping[str, float]
 ) -> bytes:
     """Hash of all that a library follows from.
@@ -240,7 +240,7 @@ def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> tuple[Reac
         at += 4 * nodes
         movement = np.frombuffer(payload, dtype="<i2", count=nodes, offset=at).astype(np.int16)
         at += 2 * nodes
-        reach_sets.append(reach_set_of(parent, movement, grid, lattice, pitch))
+        reach_sets.append(trace_reach_set(parent, movement, grid, lattice, pitch))
     return tuple(reach_sets)
 
 

@@ -21,7 +21,7 @@ UNKNOWN_HALF_SPAN_M = 15.0
 FASTEST_MPS, FARTHEST_M, WIDEST_M = 1e4, 1e7, 1e3
 
 
-def aircraft_of(
+def read_ros2_aircraft(
     message: Any, origin: FloatArray | None, own_height_m: float, counts: Counter[str]
 ) -> AircraftReport | None:
     """The report in the map frame; None, and counted, where nothing can be made of it.

@@ -25,7 +25,7 @@ class TimedPoints(NamedTuple):
     """[n] after the stamp; None where no times are told."""
 
 
-def points_of(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:
+def read_cloud_points(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:
     """Return the points of a PointCloud2 or a LaserScan; ValueError says what is wrong with it.
 
     axes: of the message; "auto" turns those of a frame that is called an optical one.

@@ -15,7 +15,7 @@ from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import LATCHED, Quality
 from clearway.ros2.kinds import SET_POINT_KINDS, Heard, base_of
-from clearway.ros2.messages import packed
+from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import SetPointParameters
 from clearway.ros2.topic_link import TopicLink
 from clearway.ros2.wishes import wish_maker
@@ -49,7 +49,7 @@ class GuardLink(TopicLink[GuardSession]):
 
         speed = given.guard.speed_mps or session.speed_mps
         maker = wish_maker(message, given, speed, place_of)
-        session.hear_wish(maker, packed(message), wall_s)
+        session.hear_wish(maker, pack_message(message), wall_s)
 
     # --- out ------------------------------------------------------------------------------
 
@@ -87,10 +87,10 @@ class GuardLink(TopicLink[GuardSession]):
             )
         if guarded is not None and guarded.is_wish and one.type != "Path":
             rate = guarded.yaw_rate_rps
-            return told.velocity_message(
+            return told.make_velocity_message(
                 one.type, guarded.velocity_mps, rate, time_s, given.map_frame
             )
-        return told.set_point_message(one.type, point, time_s, given.map_frame)
+        return told.make_set_point_message(one.type, point, time_s, given.map_frame)
 
     def _velocity(self, outcome: TickOutcome, point: SetPoint) -> tuple[FloatArray, float]:
         """[3] and a yaw rate: what is flown, drawn to where it has the vehicle."""
@@ -114,5 +114,5 @@ class GuardLink(TopicLink[GuardSession]):
         for one in self.parameters.set_points:
             frame = self.parameters.map_frame
             base = base_of(one, self.parameters)
-            message = told.set_point_message(one.type, last, time_s, frame, base)
+            message = told.make_set_point_message(one.type, last, time_s, frame, base)
             self.publish(one.topic, message)

@@ -127,7 +127,7 @@ def _dtype(name: str) -> str:
     return {"octet": "uint8", "char": "uint8", "byte": "uint8"}.get(name, name)
 
 
-def packed(message: Any) -> bytes:
+def pack_message(message: Any) -> bytes:
     """The message in CDR, with its head."""
     return bytes(message_types().serialize_cdr(message, message.__msgtype__))
 

@@ -56,7 +56,9 @@ class OwnPlaceHeard:
         place = body.then(told).then(there)
         attitude = attitude_from_rotation(place.rotation)
         velocity = self._velocity(message, told, there, place.position_m, time_s)
-        position_std, attitude_std = deviations(None if covered is None else covered.covariance)
+        position_std, attitude_std = read_deviations(
+            None if covered is None else covered.covariance
+        )
         motion = OwnMotion(
             time_s, place.position_m, velocity, float(attitude[2]), position_std, attitude_std,
             attitude,
@@ -92,7 +94,7 @@ class OwnPlaceHeard:
         return way if float(np.linalg.norm(way)) <= FASTEST_MPS else np.zeros(3)
 
 
-def deviations(covariance: Any) -> tuple[float, float]:
+def read_deviations(covariance: Any) -> tuple[float, float]:
     """Standard deviations of place (m) and attitude (rad) by REP 103's six by six.
 
     Zero where they are unknown: all zero, or what is no variance (ROS writes -1).

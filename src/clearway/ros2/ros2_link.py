@@ -92,7 +92,7 @@ class Ros2Link(TopicLink[Session]):
     def _tell_set_point(self, point: SetPoint, time_s: float) -> None:
         given = self.parameters
         for one in given.set_points if given.act else ():
-            message = told.set_point_message(
+            message = told.make_set_point_message(
                 one.type, point, time_s, given.map_frame, base_of(one, given)
             )
             self.publish(one.topic, message)

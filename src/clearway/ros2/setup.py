@@ -66,7 +66,7 @@ class NodeSetup:
         return None if origin is None else np.array(origin)
 
 
-def set_up(
+def set_up_ros2(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, Ros2Link]:
     """Everything loaded and opened; raises InputError for what cannot be used."""
@@ -87,7 +87,7 @@ def set_up(
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
-def set_up_guard(
+def set_up_ros2_guard(
     parameters: NodeParameters, names: Names, open_bus: Callable[[], TopicBus], notice: Notice
 ) -> tuple[Loop, GuardLink]:
     """The same for a guardian of what somebody commands."""
@@ -140,18 +140,18 @@ def _lidars(setup: FlightSetup, parameters: NodeParameters) -> dict[str, Lidar]:
 
 def _terms(node: NodeSetup, parameters: NodeParameters) -> SessionTerms:
     file, setup = node.file, node.flight
-    reach, limits = setup.planner.grid.range_m, setup.limits
+    reach, settings = setup.planner.grid.range_m, setup.planner.settings
     return SessionTerms(
         act=parameters.act,
         lead_s=0.5 / parameters.rate,
-        limits=LinkLimits(stale_s=limits.state_s, blind_s=limits.scan_s),
+        limits=LinkLimits(stale_s=settings.state_s, blind_s=settings.scan_s),
         speedup=None if parameters.use_sim_time else 1.0,
         traffic=TrafficTerms(
             position_std_m=file.traffic.position_sigma_m,
             velocity_std_mps=file.traffic.velocity_sigma_mps,
             reach_m=reach,
             horizon_s=reach / setup.planner.speed_mps,
-            oldest_s=limits.intruder_s,
+            oldest_s=settings.intruder_s,
         ),
         floor=FloorRule(
             file.safety.margin_m,

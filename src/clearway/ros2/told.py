@@ -11,9 +11,9 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
 from clearway.io.json_values import rounded
-from clearway.live.flight_decision import FlightDecision
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.ros2.messages import made
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)
@@ -27,14 +27,14 @@ AHEAD_S = 1.0
 """How far ahead a path leads that is sent as a set-point."""
 
 
-def stamp_of(time_s: float) -> Any:
+def make_stamp(time_s: float) -> Any:
     seconds = math.floor(time_s)
     nanoseconds = min(999_999_999, round((time_s - seconds) * 1e9))
     return made("builtin_interfaces/msg/Time", sec=int(seconds), nanosec=nanoseconds)
 
 
 def header(time_s: float, frame: str) -> Any:
-    return made("std_msgs/msg/Header", stamp=stamp_of(time_s), frame_id=frame)
+    return made("std_msgs/msg/Header", stamp=make_stamp(time_s), frame_id=frame)
 
 
 def point(place: FloatArray, kind: str = "Point") -> Any:
@@ -49,7 +49,7 @@ def turned(yaw_rad: float) -> Any:
     )  # fmt: skip
 
 
-def set_point_message(
+def make_set_point_message(
     kind: str, told: SetPoint, time_s: float, frame: str, base: str | None = "base_link"
 ) -> Any:
     """A set-point as one of the kinds that `parameters.SetPointParameters` names.
@@ -104,7 +104,7 @@ def twist_message(
     return made("geometry_msgs/msg/TwistStamped", header=header(time_s, frame), twist=one)
 
 
-def velocity_message(
+def make_velocity_message(
     kind: str, velocity_mps: FloatArray, yaw_rate_rps: float, time_s: float, frame: str
 ) -> Any:
     """A velocity [3] of the world without a place, for an autopilot: TrajectorySetpoint or

@@ -17,13 +17,13 @@ from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
-from clearway.ros2.aircraft import aircraft_in_frame, aircraft_of
+from clearway.ros2.aircraft import aircraft_in_frame, read_ros2_aircraft
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage
-from clearway.ros2.clouds import points_of
+from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
 from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard
-from clearway.ros2.messages import damages, made, packed, unpacked
+from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import CloudParameters, Names, NodeParameters
 from clearway.ros2.placed_clouds import EMPTY, WRONG_FRAMES, PlacedClouds
@@ -77,7 +77,7 @@ class TopicLink(Generic[S]):
         kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
         for kind in kinds:
             unpacked(
-                packed(made(kind)), kind
+                pack_message(made(kind)), kind
             )  # The first of a kind takes 10 ms, here and not then.
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
@@ -194,7 +194,7 @@ class TopicLink(Generic[S]):
         time_s = self._stamp(message, wall_s, topic)
         if time_s is None:
             return
-        points = points_of(message, parameters.type, parameters.frame)
+        points = read_cloud_points(message, parameters.type, parameters.frame)
         is_cloud = parameters.type == "PointCloud2"
         told_of = message.width * message.height if is_cloud else len(message.ranges)
         flaw = self._clouds.flaw(name, message.header.frame_id, time_s, points.points_m)
@@ -211,7 +211,7 @@ class TopicLink(Generic[S]):
         if own is None:
             self.counts["traffic: no own place yet"] += 1
             return
-        report = aircraft_of(message, self._origin, float(own.position_m[2]), self.counts)
+        report = read_ros2_aircraft(message, self._origin, float(own.position_m[2]), self.counts)
         self._tell_aircraft(report, wall_s, topic)
 
     def _take_aircraft(self, message: Any, wall_s: float, topic: str) -> None:
@@ -266,7 +266,7 @@ class TopicLink(Generic[S]):
     def publish(self, name: str, message: Any) -> None:
         """A message, or one in CDR as it came, on a topic by its name in the parameters."""
         topic = self.names(name)
-        raw = message if isinstance(message, bytes) else packed(message)
+        raw = message if isinstance(message, bytes) else pack_message(message)
         if self.bus.publish(topic, raw):
             self.published[topic] += 1
         else:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.io.poses.pose_track import rotation_of
+from clearway.io.poses.pose_track import convert_quaternion
 
 KEPT_S = 10.0
 MOST_FRAMES, MOST_KEPT = 500, 2000
@@ -50,7 +50,7 @@ def transform_of(place: Any, turn: Any) -> RigidTransform | None:
         size = float(np.sqrt((quaternion**2).sum()))
     if not (np.all(np.abs(position) < 1e9) and 0.5 < size < 2.0):
         return None
-    return RigidTransform(rotation_of(quaternion / size), position)
+    return RigidTransform(convert_quaternion(quaternion / size), position)
 
 
 class Transforms:

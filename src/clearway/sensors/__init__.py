@@ -1,26 +1,26 @@
 """Sensors: beam patterns, scans, and what they say of every cell."""
 
-from clearway.sensors.beams import BeamPattern
-from clearway.sensors.coating import coated_cells, thin_points
-from clearway.sensors.combined import SensedCells, combine_detections
-from clearway.sensors.detection import Detection, detect, detection_of_cells, unseen
-from clearway.sensors.estimate import estimate_pattern
-from clearway.sensors.lidar import Lidar, Mounting, Scan
-from clearway.sensors.memory import PointMemory, update_memory
-from clearway.sensors.named_patterns import NAMED_PATTERNS, named_pattern
-from clearway.sensors.placing import Ground
+from clearway.sensors.beams.estimate import estimate_pattern
+from clearway.sensors.beams.lidar import Lidar, Mounting, Scan
+from clearway.sensors.beams.named_patterns import NAMED_PATTERNS, named_pattern
+from clearway.sensors.beams.pattern import BeamPattern
+from clearway.sensors.beams.simulate import Scanner, scanned, simulate_scan
+from clearway.sensors.cells.detection import Detection, detect, detection_of_cells, unseen
+from clearway.sensors.cells.inflation import inflate_points, thin_points
+from clearway.sensors.cells.placing import Ground
+from clearway.sensors.cells.space import SpaceCells, SpaceClass, classify_space
+from clearway.sensors.cells.visibility import expected_hits, swipe_area_m2, visibility
+from clearway.sensors.memory.point_memory import PointMemory, update_memory
 from clearway.sensors.range_sensor import (
     AnySensor,
     LidarSensor,
     RangeSensor,
     range_sensors,
-    remembered_after,
+    remember_reading,
 )
-from clearway.sensors.simulate import Scanner, scanned, simulate_scan
-from clearway.sensors.space import SpaceCells, SpaceClass, classify_space
+from clearway.sensors.several.combined import SensedCells, combine_detections
+from clearway.sensors.several.trust import Court, heard
 from clearway.sensors.standing import COMBINE_RULES, Standing, combine_rule_named
-from clearway.sensors.trust import Court, heard
-from clearway.sensors.visibility import expected_hits, swipe_area_m2, visibility
 
 __all__ = [
     "COMBINE_RULES",
@@ -42,7 +42,6 @@ __all__ = [
     "SpaceClass",
     "Standing",
     "classify_space",
-    "coated_cells",
     "combine_detections",
     "combine_rule_named",
     "detect",
@@ -50,9 +49,10 @@ __all__ = [
     "estimate_pattern",
     "expected_hits",
     "heard",
+    "inflate_points",
     "named_pattern",
     "range_sensors",
-    "remembered_after",
+    "remember_reading",
     "scanned",
     "simulate_scan",
     "swipe_area_m2",

@@ -15,22 +15,22 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.checks import points_of
+from clearway.base.checks import check_points
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, State
-from clearway.sensors.beam_raster import beam_raster, nearest_returns
-from clearway.sensors.detection import Detection, Rule, detect
-from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.memory import PointMemory, remember, update_memory
-from clearway.sensors.passing import passed_through, returns_in_world, sensor_at
-from clearway.sensors.placing import Ground
-from clearway.sensors.remembered import Pitch
+from clearway.sensors.beams.lidar import Lidar, Scan
+from clearway.sensors.beams.raster import beam_raster, nearest_returns
+from clearway.sensors.cells.detection import Detection, DetectionRule, detect
+from clearway.sensors.cells.placing import Ground
+from clearway.sensors.memory.point_memory import PointMemory, remember, update_memory
+from clearway.sensors.memory.remembered import Pitch
+from clearway.sensors.memory.swept_boxes import boxes_of_returns
+from clearway.sensors.memory.uncertain import radii_unsure, turned_by
+from clearway.sensors.passing.passed_points import passed_through, returns_in_world, sensor_at
 from clearway.sensors.standing import Standing
-from clearway.sensors.swept_boxes import boxes_of_returns
-from clearway.sensors.unsure import radii_unsure, turned_by
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation [3, 3] and translation [3]."""
@@ -61,7 +61,7 @@ class RangeSensor(Protocol):
         scan: Scan,
         *,
         grid_from_body: Pose | None = None,
-        rule: Rule = "ratio",
+        rule: DetectionRule = "ratio",
         ground: Ground | None = None,
     ) -> Detection:
         """What a reading says of every cell: P_OD, P_V, and how many beams look.
@@ -122,7 +122,7 @@ class LidarSensor:
         scan: Scan,
         *,
         grid_from_body: Pose | None = None,
-        rule: Rule = "ratio",
+        rule: DetectionRule = "ratio",
         ground: Ground | None = None,
     ) -> Detection:
         return detect(
@@ -176,7 +176,7 @@ def returned_by(
     Raises ClearwayError naming the sensor where that is not places [n, 3] and radii [n].
     """
     points, radii = sensor.returns(scan, state, reach_m, ground_m)
-    places = points_of(f"sensor {sensor.name}: places that it returns", points)
+    places = check_points(f"sensor {sensor.name}: places that it returns", points)
     return read_only(places), read_only(_answer(sensor, "radii", radii, len(places), np.float64))
 
 
@@ -208,7 +208,7 @@ def _answer(
     return each
 
 
-def remembered_after(
+def remember_reading(
     memory: PointMemory,
     sensor: RangeSensor,
     scan: Scan,

@@ -19,13 +19,13 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
 from clearway.live.mission import Progress, advanced, news_in_m
-from clearway.live.preflight import EscapePlan
+from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scanner, scanned
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.logbook import Logbook
-from clearway.sim.metrics import intruder_distances, measure, straight_distances
+from clearway.sim.metrics import intruder_distances, measure_flight, straight_distances
 from clearway.sim.motion import TrueMotion
 from clearway.sim.pilot import CLEARWAY, D, Pilot
 from clearway.sim.plants.air import Air
@@ -256,7 +256,7 @@ class _Flight(Generic[D]):
             decisions=decisions,
             movements=tuple(self.motion.movements),
             progress=self.progress,
-            metrics=measure(times, states, self.world, nominal, margin, intruders, straight),
+            metrics=measure_flight(times, states, self.world, nominal, margin, intruders, straight),
             safety_margin_m=margin,
             seed=self.settings.seed,
             intruder_tracks={

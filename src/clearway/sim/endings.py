@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from clearway.base.frames import FloatArray, length_of
+from clearway.base.frames import FloatArray, measure_length
 from clearway.live import FlightDecision
-from clearway.live.alarms import Alarm
 from clearway.live.mission import Mission, Mode, Progress
+from clearway.live.outputs.alarms import Alarm
 from clearway.sim.pilot import Steering
 
 
@@ -20,7 +20,7 @@ def reason_of(
     if isinstance(last, FlightDecision) and last.mode is Mode.HOLD:
         return str(last.mode_state.held)
     goals, goal = mission.goals_m, progress.goal
-    left_m = length_of(goals[goal] - place_m)
+    left_m = measure_length(goals[goal] - place_m)
     why = f"its time was up {left_m:.3g} m from goal {goal + 1} of {len(goals)}"
     wrong = _alarms(flights[-1]) if flights else ()
     return "; ".join([why, *(alarm.why for alarm in wrong)])

@@ -12,8 +12,8 @@ import numpy as np
 
 from clearway.base.state import State
 from clearway.obstacles.world import World
-from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.simulate import Scanner, scanned
+from clearway.sensors.beams.lidar import Lidar, Scan
+from clearway.sensors.beams.simulate import Scanner, scanned
 
 
 class TakesScans(Protocol):

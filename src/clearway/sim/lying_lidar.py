@@ -11,8 +11,8 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.obstacles.world import World
-from clearway.sensors.lidar import Lidar, Scan
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.beams.lidar import Lidar, Scan
+from clearway.sensors.beams.simulate import simulate_scan
 
 GHOST_SHARE = 0.5
 """Where the wall stands, as a share of the sensor's range."""

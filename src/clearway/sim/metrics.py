@@ -83,7 +83,7 @@ class FlightMetrics:
         return float(np.min(self.obstacle_distance_m, initial=np.inf))
 
 
-def measure(
+def measure_flight(
     time_s: FloatArray,
     states: FloatArray,
     world: World,

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from typing_extensions import TypeVar
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.state import State
 from clearway.live import FlightDecision, Reading
 from clearway.live.mission import Mission, Mode

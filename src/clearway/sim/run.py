@@ -8,7 +8,7 @@ from typing import Any, Generic, NamedTuple, TypeGuard
 
 import numpy as np
 
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -17,7 +17,7 @@ from clearway.base.variants import Variants
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
-from clearway.live.preflight import EscapePlan
+from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.world import World
 from clearway.sim.contact import what_stands
 from clearway.sim.endings import alarms_of, reason_of

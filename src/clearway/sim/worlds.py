@@ -224,7 +224,7 @@ def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) ->
     return ObstacleMap(obstacles), mission
 
 
-FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
+WORLD_FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
     {
         **{f"balls-{count}": partial(ball_world, balls=count) for count in BALL_DENSITIES},
         "forest": forest,
@@ -250,7 +250,9 @@ FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
 def made_world(family: str, seed: int) -> MadeWorld:
     """A world of a family; raises ClearwayError listing the families there are."""
     try:
-        return FAMILIES[family](seed)
+        return WORLD_FAMILIES[family](seed)
     except KeyError:
-        near = did_you_mean(family, FAMILIES)
-        raise ClearwayError(f"world {family!r}{near}: families are {', '.join(FAMILIES)}") from None
+        near = did_you_mean(family, WORLD_FAMILIES)
+        raise ClearwayError(
+            f"world {family!r}{near}: families are {', '.join(WORLD_FAMILIES)}"
+        ) from None

@@ -66,7 +66,7 @@ def fly_all(
             yield ComparedFlight(planner, setup.fly_with(planner, folder=folder), hidden)
 
 
-def standing(flights: Sequence[ComparedFlight]) -> PlannerStanding:
+def sum_up_planner(flights: Sequence[ComparedFlight]) -> PlannerStanding:
     """Sums and averages of one planner's flights, at least one."""
     runs = [flight.run for flight in flights]
     arrived = [run for run in runs if run.reached]

@@ -20,7 +20,7 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 
-def in_processes(
+def run_in_processes(
     work: Callable[[Job], Result],
     jobs: Sequence[Job],
     workers: int,

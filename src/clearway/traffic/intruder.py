@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.checks import found, number_problem, time_problem, vector_problem
+from clearway.base.checks import collect_problems, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State, frozen_three
@@ -84,7 +84,7 @@ class Intruder:
 
     def _number_problems(self) -> list[str]:
         bound = self.acceleration_bound_mps2
-        return found(
+        return collect_problems(
             (
                 time_problem("time_s", self.time_s),
                 number_problem("radius_m", self.radius_m),
@@ -96,7 +96,9 @@ class Intruder:
         )
 
     def _vector_problems(self) -> list[str]:
-        problems = found(vector_problem(key, getattr(self, key), n) for key, n in _VECTORS)
+        problems = collect_problems(
+            vector_problem(key, getattr(self, key), n) for key, n in _VECTORS
+        )
         if not any(problem.startswith("spread_rad") for problem in problems):
             horizontal, vertical = np.asarray(self.spread_rad, dtype=np.float64).tolist()
             if not (0.0 <= horizontal < _LARGEST_SPREAD and 0.0 <= vertical < _LARGEST_SPREAD):

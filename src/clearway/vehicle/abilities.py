@@ -78,7 +78,7 @@ def mirror_images(automaton: Moving) -> tuple[int, ...] | None:
     return tuple(images)
 
 
-def standing(automaton: Moving) -> tuple[bool, ...]:
+def find_standing(automaton: Moving) -> tuple[bool, ...]:
     """Per movement whether neither place nor roll and pitch change, and it may follow itself."""
     pairs, forbidden = automaton.pairs, automaton.forbidden
     if pairs is not None:

@@ -251,7 +251,7 @@ class MovementAutomaton:
 
         Holding, and turning on the spot: neither place nor roll and pitch change.
         """
-        return abilities.standing(self)
+        return abilities.find_standing(self)
 
     @cached_property
     def can_stop(self) -> bool:

@@ -8,7 +8,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.performance import Performance
 
 
-def performance_of(automaton: MovementAutomaton) -> Performance:
+def derive_performance(automaton: MovementAutomaton) -> Performance:
     """What a movement automaton can do; its movements begin at once."""
     speeds = [m.pace_mps for m in automaton.movements if m.pace_mps > 0.0]
     climbs = [

@@ -114,7 +114,7 @@ def bounded_noise(bounds: NoiseBounds, seed: int, hold_s: float = 0.1) -> Distur
     return at
 
 
-def together(*disturbances: Disturbance) -> Disturbance:
+def add_disturbances(*disturbances: Disturbance) -> Disturbance:
     """Several disturbances at once: their sum."""
 
     def at(time_s: float) -> DisturbanceSample:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.checks import above_zero_problem, collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.variants import Variants
 
@@ -37,7 +37,7 @@ class Performance:
         positive = ("speed_mps", "fastest_mps", "turn_mps2", "climb_mps", "sink_mps",
                     "acceleration_mps2")  # fmt: skip
         others = ("slowest_mps", "turn_onset_s", "climb_onset_s", "reaction_s")
-        problems = found(
+        problems = collect_problems(
             (
                 *(above_zero_problem(name, getattr(self, name)) for name in positive),
                 *(number_problem(name, getattr(self, name)) for name in others),

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, length_of, wrap_angle
+from clearway.base.frames import FloatArray, measure_length, wrap_angle
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
 MARGIN_SHARE = 1.0 / 12.0
@@ -41,7 +41,7 @@ def prediction_error(
     """
     difference = np.asarray(state, dtype=np.float64) - np.asarray(predicted, dtype=np.float64)
     angles = wrap_angle(difference[4:])
-    return PredictionError(length_of(difference[:3]), length_of(angles), angle_weight_m)
+    return PredictionError(measure_length(difference[:3]), measure_length(angles), angle_weight_m)
 
 
 def needs_correction(

@@ -33,36 +33,46 @@ struct Loop {
 // One call: the arrays that it was given, and copies of those that were of another type.
 class Call {
  public:
-  RT_APART explicit Call(const Loop& loop) : loop(loop), first_(given().size()) {}
-  const Loop& loop;
+  // room: for as many as the loop takes.
+  Call(const Loop& loop, PyArrayObject** room) : loop(loop), given_(room) {}
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
   RT_APART ~Call() {
     for (PyObject* copy : copies_) Py_DECREF(copy);
-    given().resize(first_);
   }
-  RT_APART void note(PyArrayObject* array) { given().push_back(array); }
+  // Whether the loop writes to the array that is read next.
+  bool writes() const { return loop.arrays[count_] == 'w'; }
+  void note(PyArrayObject* array) { given_[count_++] = array; }
   void own(PyObject* copy) { copies_.push_back(copy); }
   // The array of this call in whose memory a place is.
   RT_APART PyArrayObject* holder_of(const void* place) const {
     const auto* p = static_cast<const char*>(place);
-    for (std::size_t k = first_; k < given().size(); ++k) {
-      const auto* start = static_cast<const char*>(PyArray_DATA(given()[k]));
-      if (PyArray_IS_C_CONTIGUOUS(given()[k]) && p >= start && p < start + PyArray_NBYTES(given()[k]))
-        return given()[k];
+    for (std::size_t k = 0; k < count_; ++k) {
+      const auto* start = static_cast<const char*>(PyArray_DATA(given_[k]));
+      if (PyArray_IS_C_CONTIGUOUS(given_[k]) && p >= start && p < start + PyArray_NBYTES(given_[k]))
+        return given_[k];
     }
     return nullptr;
   }
+  const Loop& loop;
   const char* reading = "";
-  std::size_t at = 0, arrays = 0;
+  std::size_t at = 0;
 
  private:
-  static std::vector<PyArrayObject*>& given() {
-    static std::vector<PyArrayObject*> arrays;
-    return arrays;
-  }
-  std::size_t first_;
+  PyArrayObject** given_;
+  std::size_t count_ = 0;
   std::vector<PyObject*> copies_;
+};
+// While results are made: a collection could run another loop, whose temporaries lie where those
+// of this one end.
+struct NoCollection {
+  const int was = PyGC_Disable();
+  NoCollection() = default;
+  NoCollection(const NoCollection&) = delete;
+  NoCollection& operator=(const NoCollection&) = delete;
+  ~NoCollection() {
+    if (was) PyGC_Enable();
+  }
 };
 
 template <class T>
@@ -197,7 +207,7 @@ struct Value<Arr<T, N, Strided>> {
   }
   RT_APART static Arr<T, N, Strided> read(PyObject* from, Call& call) {
     PyArrayObject* array = nullptr;
-    const bool written = call.loop.arrays[call.arrays++] == 'w';
+    const bool written = call.writes();
     if (PyArray_Check(from) && fits(reinterpret_cast<PyArrayObject*>(from))) {
       array = reinterpret_cast<PyArrayObject*>(from);
       if (written && !PyArray_ISWRITEABLE(array)) throw Mismatch("is written, but read only");

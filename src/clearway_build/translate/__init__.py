@@ -14,7 +14,7 @@ PARTS = (("obstacles", "sensors", "traffic"), ())
 """Packages whose loops make one file of C++ each; the last takes all others. Each file holds all
 that its loops call too, so that the compiler can write it into them."""
 READ = "read.txt"
-"""The list of files of Python that all this was made from, a path a line."""
+"""The list of files that loops and what they name stand in, a path a line."""
 
 
 def write_sources(source: Path, out: Path) -> list[Path]:
@@ -23,6 +23,7 @@ def write_sources(source: Path, out: Path) -> list[Path]:
     Raises NotTranslatableError, with all places, for what is not in the subset of Python.
     """
     translated = Translated(source)
+    read = sorted(str(path.relative_to(source)) for path in translated.program.files())
     out.mkdir(parents=True, exist_ok=True)
     named = {package for packages in PARTS for package in packages}
     paths = []
@@ -38,7 +39,6 @@ def write_sources(source: Path, out: Path) -> list[Path]:
         paths.append(path)
     path = out / "module.cpp"
     _write(path, _module(len(PARTS), translated.functions))
-    read = sorted(str(each.relative_to(source)) for each in translated.program.files())
     _write(out / READ, "\n".join(read) + "\n")
     return [*paths, path]
 
@@ -126,26 +126,36 @@ class Translated:
             for n, kind in enumerate(function.parameters)
         )
         result = f"{name}({', '.join(f'x{n}' for n in range(count))})"
-        if function.returned == "void":
+        kind = function.returned
+        if kind == "void":
             made = f"{result};\n    Py_INCREF(Py_None);\n    return Py_None;"
         else:
-            made = f"return rt::Value<{function.returned}>::make({result}, call);"
+            made = (
+                f"const {kind} result = {result};\n    const rt::NoCollection none;\n"
+                f"    return rt::Value<{kind}>::make(result, call);"
+            )
         return (
             f"static PyObject* call_{number}(PyObject*, PyObject* const* given, Py_ssize_t count, "
             f"PyObject* names) {{\n  PyObject* a[{max(1, count)}];\n"
+            f"  PyArrayObject* arrays[{max(1, len(self._arrays(function.kernel)))}];\n"
             f"  const rt::Loop& loop = loops[{number}];\n"
             f"  if (!rt::arrange(loop, {count}, given, count, names, a)) return nullptr;\n"
-            f"  rt::Call call(loop);\n  try {{\n    const rt::Scope scope;\n{read}    {made}\n"
+            "  rt::Call call(loop, arrays);\n  try {\n    const rt::Scope scope;\n"
+            f"{read}    {made}\n"
             "  } catch (...) {\n    return rt::failed(call);\n  }\n}"
         )
 
-    def _loop(self, function: Function) -> str:
-        kernel = function.kernel
-        arrays = [
+    def _arrays(self, kernel: Kernel) -> list[tuple[str, ...]]:
+        """The paths of all arrays that a loop takes, in order."""
+        return [
             path
             for each in kernel.parameters
             for path in self.kinds.arrays(kernel.module, each.annotation, (each.arg,))
         ]
+
+    def _loop(self, function: Function) -> str:
+        kernel = function.kernel
+        arrays = self._arrays(kernel)
         written = self.writes[kernel]
         flags = "".join(
             "w" if any(path[: len(each)] == each for each in written) else "r" for path in arrays

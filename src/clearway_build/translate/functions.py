@@ -53,7 +53,8 @@ class Function(Expressions):
         return len(nodes) <= SMALL and not any(isinstance(n, ast.For | ast.While) for n in nodes)
 
     def _returns_arrays(self) -> bool:
-        return "::" in self.returned and self.returned.replace("std::tuple", "").count("::") > 0
+        """Whether what it returns may lie in memory that it took."""
+        return self.returned == "auto" or "::" in self.returned.replace("std::tuple", "")
 
     # --- Variables
 

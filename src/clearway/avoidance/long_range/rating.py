@@ -47,7 +47,7 @@ class Other(NamedTuple):
     """Turn rate that its reports show; it is taken to fade."""
 
 
-class Rated(NamedTuple):
+class RatedProfiles(NamedTuple):
     """What flying each pair of profiles leads to."""
 
     tier: IntArray
@@ -59,7 +59,7 @@ class Rated(NamedTuple):
     """[volumes, level, climbs] of being inside at the worst moment."""
 
 
-def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> Rated:
+def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> RatedProfiles:
     """The worst of all others for tiers; probabilities as of independent ones."""
     level, climbs = len(ways.level_m), len(ways.height_m)
     shapes = _shapes(volumes)
@@ -74,7 +74,7 @@ def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> Rated:
         spread = _deviations(of_place, speed, other.position_std_m, other.velocity_std_mps)
         heights = _deviations(of_height, 1.0, other.height_std_m, other.climb_std_mps)
         _probabilities(ways.level_m, ways.height_m, path, shapes[1:], spread, heights, clear)
-    return Rated(tier, within, 1.0 - clear)
+    return RatedProfiles(tier, within, 1.0 - clear)
 
 
 @lru_cache(maxsize=16)
@@ -202,8 +202,8 @@ def _probabilities(
         radius, half = shapes[s, 0], shapes[s, 1]
         for k in range(moments):
             t, share, likely[k] = EVERY_S * k, heights[0, k], 0.0
-            across[0, k] = _across(spread[1, k], radius)
-            across[1, k] = _across(spread[2, k], radius)
+            across[0, k] = across_disc(spread[1, k], radius)
+            across[1, k] = across_disc(spread[2, k], radius)
             for m in range(climbs):
                 off = path[t, 2] - height[m, t]
                 beside[k, m] = (1.0 - share) * in_slab(off, heights[1, k], half)
@@ -232,18 +232,11 @@ def _probabilities(
 
 
 @compiled
-def in_disc(apart: float, std: float, radius: float) -> float:
-    """Chance that a place with a deviation per axis, expected so far away, is within a radius.
+def across_disc(std: float, radius: float) -> float:
+    """Chance that a place with a deviation per axis is within half the mean chord of a disc.
 
-    The disc counts as a rectangle as wide as its mean chord: within 0.04 of the truth.
+    Times `in_slab` it is that of the disc, as a rectangle of that width: within 0.04 of the truth.
     """
-    if apart > radius + 6.0 * std:
-        return 0.0
-    return _across(std, radius) * in_slab(apart, std, radius)
-
-
-@compiled
-def _across(std: float, radius: float) -> float:
     return math.erf(0.25 * math.pi * radius / (std * math.sqrt(2.0)))
 
 

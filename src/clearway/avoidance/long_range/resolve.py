@@ -15,7 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, Rated, rated
+from clearway.avoidance.long_range.rating import Other, RatedProfiles, rated
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.performance import Performance
@@ -167,7 +167,7 @@ def resolve(
 
 def _cost(
     ways: Profiles,
-    found: Rated,
+    found: RatedProfiles,
     wanted: Wanted,
     performance: Performance,
     volumes: VolumeSet,
@@ -204,7 +204,7 @@ def _cost(
 
 
 def told_of(
-    ways: Profiles, found: Rated, wanted: Wanted, level: int, climb: int
+    ways: Profiles, found: RatedProfiles, wanted: Wanted, level: int, climb: int
 ) -> LongRangeChoice:
     """What a pair of profiles is, in numbers and words."""
     course = float(ways.course_rad[level])

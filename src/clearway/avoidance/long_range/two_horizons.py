@@ -14,9 +14,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from clearway.avoidance.goal import Goal
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, Rated, rated
+from clearway.avoidance.long_range.rating import Other, RatedProfiles, rated
 from clearway.avoidance.long_range.resolve import (
     SMALL_TURN_RAD,
     LongRangeChoice,
@@ -25,8 +24,9 @@ from clearway.avoidance.long_range.resolve import (
     Sense,
     told_of,
 )
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.goal import Goal
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
-from clearway.avoidance.situation import Situation
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
@@ -52,7 +52,7 @@ class LongRange:
     """What the long range says of a decision's trajectories."""
 
     ways: Profiles
-    found: Rated
+    found: RatedProfiles
     wanted: Wanted
     volumes: VolumeSet
     level: IntArray

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.hazards import Hazards
+from clearway.avoidance.clear.hazards import Hazards
+from clearway.avoidance.clear.verify import clearances, paths_of
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
-from clearway.avoidance.verify import clearances, paths_of
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Obstacle

@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.avoidance.rules.rule import Rule, RuleFunction, RuleView, Verdict
 from clearway.base.errors import OwnCodeError
-from clearway.base.own_code import callable_own, guarded
+from clearway.base.own_code import callable_own, guard_call
 from clearway.base.variants import Variants
 
 
@@ -23,7 +23,7 @@ def _own(label: str, found: Any) -> Rule:
 
 
 def _checked(label: str, function: RuleFunction) -> RuleFunction:
-    asked = guarded(label, function)
+    asked = guard_call(label, function)
 
     def verdict(view: RuleView) -> Verdict | None:
         said = asked(view)

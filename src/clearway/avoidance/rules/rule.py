@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.goal import Goal
-from clearway.avoidance.hazards import MovingHazards, nothing_moving
+from clearway.avoidance.clear.hazards import MovingHazards, nothing_moving
+from clearway.avoidance.rate.goal import Goal
 from clearway.base.arrays import Floats, Int32s
-from clearway.base.compiled import compiled, plain
+from clearway.base.compiled import compiled, make_plain_array
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import BoolArray, IntArray, State
@@ -74,7 +74,7 @@ class RuleView:
 
     def worst_on_way(self, values: FloatArray) -> FloatArray:
         """[nodes] largest of `values` [nodes] on the way to each node."""
-        return worst_on_way(self.reach_set.parent, plain(np.asarray(values)))
+        return worst_on_way(self.reach_set.parent, make_plain_array(np.asarray(values)))
 
 
 @dataclass(frozen=True, eq=False)

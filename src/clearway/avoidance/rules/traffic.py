@@ -11,8 +11,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from clearway.avoidance.crossing import crossings_ahead
-from clearway.avoidance.hazards import MovingHazards
+from clearway.avoidance.clear.crossing import crossings_ahead
+from clearway.avoidance.clear.hazards import MovingHazards
 from clearway.avoidance.rules.rule import Rule, RuleView, Verdict, worst_on_way
 from clearway.base.arrays import Floats, Floats3, Int32s
 from clearway.base.compiled import compiled

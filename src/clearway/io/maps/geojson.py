@@ -11,7 +11,7 @@ from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.io.foreign import Foreign, position_of, rings_of
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap, Polygon
-from clearway.io.toml import TOLD, each_parsed, parse_model
+from clearway.io.toml import MOST_PRINTED_PROBLEMS, each_parsed, parse_model
 
 HEIGHT = ("height_m", "height", "measuredHeight", "building:height")
 BASE = ("min_height_m", "min_height", "base_m")
@@ -71,11 +71,11 @@ def read_geojson(path: Path, data: Mapping[str, Any], radius_m: float) -> Parsed
     for number, part in each_parsed(str(path), "features", collection.features, Feature):
         properties = part.properties or {}
         try:
-            span = span_of(properties)
+            span = read_heights(properties)
             outlines, skipped = _outlines(part.geometry, properties, radius_m)
         except ValueError as cause:
             problems.append(f"features[{number}]: {cause}")
-            if len(problems) == TOLD:
+            if len(problems) == MOST_PRINTED_PROBLEMS:
                 break
             continue
         reason = skipped if isinstance(span, tuple) else span
@@ -124,19 +124,19 @@ def _name(part: Feature, properties: Mapping[str, Any], number: int) -> str:
     return f"feature {number}" if named is None else str(named)
 
 
-def span_of(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
+def read_heights(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
     """From where to where a feature stands, or why it does not stand.
 
     Raises ValueError for a property that should be a length and is none.
     """
-    height, top = length_of(properties, HEIGHT), length_of(properties, TOP)
-    ground = length_of(properties, GROUND)
+    height, top = read_length(properties, HEIGHT), read_length(properties, TOP)
+    ground = read_length(properties, GROUND)
     if top is not None:
         low = Height(ground, "sea level") if ground is not None else Height(0.0, "ground")
         return low, Height(top, "sea level")
     if height is None:
         return "no height"
-    base = length_of(properties, BASE) or 0.0
+    base = read_length(properties, BASE) or 0.0
     if not height > base:
         return "height not above its base"
     if ground is not None:
@@ -144,7 +144,7 @@ def span_of(properties: Mapping[str, Any]) -> tuple[Height, Height] | str:
     return Height(base, "ground"), Height(height, "ground")
 
 
-def length_of(properties: Mapping[str, Any], names: tuple[str, ...]) -> float | None:
+def read_length(properties: Mapping[str, Any], names: tuple[str, ...]) -> float | None:
     """Metres of the first of these properties that is there; ValueError where it is no length."""
     for name in names:
         value = properties.get(name)
@@ -170,7 +170,7 @@ def _outlines(
     if geometry is None:
         return [], "no geometry"
     coordinates = geometry.coordinates
-    radius = length_of(properties, RADIUS) or radius_m
+    radius = read_length(properties, RADIUS) or radius_m
     if radius < 0.0:
         raise ValueError(f"radius {radius:g} m is below 0")
     match geometry.type:

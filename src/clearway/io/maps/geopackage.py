@@ -13,7 +13,7 @@ from clearway.io.maps.coordinates import Projection, projection
 from clearway.io.maps.map_features import ParsedMap
 from clearway.io.maps.rectangles import shapely_or_refuse
 from clearway.io.maps.vector_features import VectorRow, vector_map
-from clearway.io.sqlite_file import INTERRUPTED, open_sqlite, rows_of
+from clearway.io.sqlite_file import INTERRUPTED, open_sqlite, query_rows
 
 MAGIC, HEAD = b"GP", 8
 ENVELOPES = (0, 32, 48, 48, 64)
@@ -55,7 +55,7 @@ def _tables(path: Path, base: sqlite3.Connection) -> list[FeatureTable]:
             "s.definition FROM gpkg_geometry_columns g "
             "LEFT JOIN gpkg_spatial_ref_sys s ON s.srs_id = g.srs_id ORDER BY g.table_name"
         )
-        found = list(rows_of(path, rows))
+        found = list(query_rows(path, rows))
     except sqlite3.OperationalError as cause:
         if INTERRUPTED in str(cause):
             raise
@@ -86,7 +86,7 @@ def _rows(
     columns = [str(one[0]) for one in cursor.description]
     if table.column not in columns:
         raise InputError(str(path), f"table {table.name}: no column {table.column!r}")
-    for number, values in enumerate(rows_of(path, cursor), start=1):
+    for number, values in enumerate(query_rows(path, cursor), start=1):
         told = dict(zip(columns, values, strict=True))
         blob = told.pop(table.column)
         geometry = None if blob is None else _geometry(shapely, blob)

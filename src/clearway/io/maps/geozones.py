@@ -22,7 +22,7 @@ from clearway.io.maps.map_features import (
     Polygon,
     ZoneFeature,
 )
-from clearway.io.toml import TOLD, each_parsed
+from clearway.io.toml import MOST_PRINTED_PROBLEMS, each_parsed
 
 UNLIMITED = 99_999.0
 """Written for no upper limit, in either unit."""
@@ -117,7 +117,7 @@ def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             periods = periods_of(properties.limitedApplicability)
         except ValueError as cause:
             problems.append(f"features[{number}] ({properties.identifier}): {cause}")
-            if len(problems) == TOLD:
+            if len(problems) == MOST_PRINTED_PROBLEMS:
                 break
             continue
         zones.append(

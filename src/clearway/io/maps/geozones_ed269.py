@@ -16,7 +16,7 @@ from clearway.io.maps.geozones import (
     radius_of,
 )
 from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon, ZoneFeature
-from clearway.io.toml import TOLD, each_parsed
+from clearway.io.toml import MOST_PRINTED_PROBLEMS, each_parsed
 
 
 class Ed269Projection(Foreign):
@@ -66,7 +66,7 @@ def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
             periods = periods_of(part.applicability)
         except ValueError as cause:
             problems.append(f"{key}[{number}] ({part.identifier}): {cause}")
-            if len(problems) == TOLD:
+            if len(problems) == MOST_PRINTED_PROBLEMS:
                 break
             continue
         zones.append(ZoneFeature(part.identifier, name, part.restriction, periods, features))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from clearway.base.errors import InputError
-from clearway.base.variants import in_words
+from clearway.base.variants import join_choices
 from clearway.io.foreign import read_json
 from clearway.io.maps.cityjson import read_cityjson
 from clearway.io.maps.faa_obstacles import read_faa_obstacles
@@ -99,7 +99,7 @@ def _read_json(path: Path, assumed: Assumed) -> ParsedMap:
         str(path),
         f"JSON of no known map format (type {data.get('type')!r}, keys "
         f"{', '.join(map(str, list(data)[:6]))}); valid: "
-        f"{in_words([one.name for one in JSON_FORMATS])}",
+        f"{join_choices([one.name for one in JSON_FORMATS])}",
     )
 
 
@@ -115,7 +115,7 @@ class MapFormat(NamedTuple):
     stands: str = ""
 
 
-FORMATS = (
+MAP_FORMATS = (
     MapFormat(
         "tables of obstacles, of the FAA too",
         (".csv", ".tsv"),
@@ -138,7 +138,7 @@ FORMATS = (
         "dismantled obstacles are left out",
     ),
     MapFormat(
-        in_words([one.name for one in JSON_FORMATS]),
+        join_choices([one.name for one in JSON_FORMATS]),
         (".json", ".geojson", *SEQUENCES),
         _read_json,
     ),
@@ -197,5 +197,5 @@ FORMATS = (
 )
 """Add a format here: help, messages and the table of docs/maps.md are made from it."""
 READERS: Mapping[str, Callable[[Path, Assumed], ParsedMap]] = {
-    suffix: one.read for one in FORMATS for suffix in one.suffixes
+    suffix: one.read for one in MAP_FORMATS for suffix in one.suffixes
 }

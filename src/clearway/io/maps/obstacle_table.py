@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from clearway.base.errors import InputError
-from clearway.base.suggest import nearest
+from clearway.base.suggest import suggest_nearest
 from clearway.base.units import FOOT_M
 from clearway.io.foreign import read_text, unended
 from clearway.io.maps.faa_table import is_faa_table, read_faa_table
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap
-from clearway.io.maps.plausible import TOLD, feature_problem
+from clearway.io.maps.plausible import MOST_NAMED_FEATURES, feature_problem
 
 COLUMNS: Mapping[str, tuple[str, ...]] = {
     "latitude": ("lat", "latitude"),
@@ -142,7 +142,7 @@ def _columns(path: Path, line: int, header: list[str]) -> dict[str, Column]:
             for name in missing
         )
         called = [one for name in missing for part in name.split(" or ") for one in COLUMNS[part]]
-        near = [(name, nearest(name, called)) for name in plain]
+        near = [(name, suggest_nearest(name, called)) for name in plain]
         hint = "".join(f" ({name!r}: did you mean {one!r}?)" for name, one in near if one)
         raise InputError(
             str(path),
@@ -211,10 +211,14 @@ def _contradict(values: Mapping[str, float]) -> bool:
 
 def _contradictions(lines: Sequence[int]) -> Iterator[str]:
     if lines:
-        more = f" and {len(lines) - TOLD} more" if len(lines) > TOLD else ""
+        more = (
+            f" and {len(lines) - MOST_NAMED_FEATURES} more"
+            if len(lines) > MOST_NAMED_FEATURES
+            else ""
+        )
         yield (
-            f"lines {', '.join(map(str, lines[:TOLD]))}{more}: top, height and ground contradict "
-            "each other; all that any of them says is taken"
+            f"lines {', '.join(map(str, lines[:MOST_NAMED_FEATURES]))}{more}: top, height and "
+            "ground contradict each other; all that any of them says is taken"
         )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.base.errors import InputError, MissingExtraError
 from clearway.io.apart import apart
-from clearway.io.maps.geojson import LENGTH, radius_notes, span_of
+from clearway.io.maps.geojson import LENGTH, radius_notes, read_heights
 from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon
 
 STOREY_M = 4.0
@@ -63,7 +63,7 @@ def read_osm(path: Path, radius_m: float) -> ParsedMap:
     for one in objects:
         told = _told(one.tags)
         try:
-            span = span_of(told)
+            span = read_heights(told)
         except ValueError:
             odd.append(f"{one.name}: {told.get('height')!r}")
             counts["height that is no length"] += 1

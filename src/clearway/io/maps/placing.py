@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, enu_from_geodetic, geodetic_from_enu
 from clearway.io.maps.map_features import Disc, Geodetic, Height, MapFeature
-from clearway.io.maps.rectangles import Cover, cover
+from clearway.io.maps.rectangles import Cover, cover_polygon
 from clearway.io.maps.terrain import Terrain
 from clearway.obstacles.obstacle import Obstacle
 
@@ -129,7 +129,7 @@ def place_features(
             side = 2.0 * outline.radius_m
             obstacles.append(_box(center[:2], (side, side), 0.0, (low, high), feature.name))
         else:
-            obstacles.extend(_boxes(cover(flat), (low, high), feature.name, tally))
+            obstacles.extend(_boxes(cover_polygon(flat), (low, high), feature.name, tally))
     return obstacles
 
 

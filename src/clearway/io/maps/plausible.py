@@ -18,7 +18,7 @@ in a wrong unit lie outside, cellars and unlimited zones inside."""
 LARGEST_RADIUS_M = 1e6
 LARGEST_POINT_RADIUS_M = 1e5
 """Of what a mere point stands for, to which accuracies of its place are added."""
-TOLD = 10
+MOST_NAMED_FEATURES = 10
 """Features that an error names one by one."""
 
 
@@ -66,6 +66,6 @@ def refuse_impossible(path: Path, parsed: ParsedMap) -> None:
         if (problem := feature_problem(feature, stands=stands)) is not None
     ]
     if problems:
-        more = len(problems) - TOLD
+        more = len(problems) - MOST_NAMED_FEATURES
         rest = [f"and {more} more"] if more > 0 else []
-        raise InputError(str(path), [*problems[:TOLD], *rest])
+        raise InputError(str(path), [*problems[:MOST_NAMED_FEATURES], *rest])

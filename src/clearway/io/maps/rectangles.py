@@ -63,7 +63,7 @@ def shapely_or_refuse(purpose: str) -> ModuleType:
         raise MissingExtraError(purpose, "map") from cause
 
 
-def cover(rings_m: Sequence[FloatArray]) -> Cover:
+def cover_polygon(rings_m: Sequence[FloatArray]) -> Cover:
     """Rectangles over a polygon, given by rings [n, 2]: the outer one, then holes.
 
     A ring that crosses itself counts as the areas that it encloses. No area gives no rectangle.

@@ -18,9 +18,9 @@ from clearway.io.maps.geojson import (
     NAMES,
     RADIUS,
     TOP,
-    length_of,
     radius_notes,
-    span_of,
+    read_heights,
+    read_length,
 )
 from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon
 from clearway.io.maps.rectangles import shapely_or_refuse
@@ -65,8 +65,8 @@ def vector_map(
     for row in rows:
         columns = {COLUMNS.get(name.lower(), name): value for name, value in row.columns.items()}
         try:
-            span = span_of(columns)
-            radius = length_of(columns, RADIUS) or radius_m
+            span = read_heights(columns)
+            radius = read_length(columns, RADIUS) or radius_m
         except ValueError as cause:
             problems.append(f"{row.where}: {str(cause).removeprefix('properties.')}")
             if len(problems) == TOLD:

@@ -15,7 +15,7 @@ from clearway.base.errors import InputError
 from clearway.io.foreign import position_of
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.flight_plan import FlightPlan
-from clearway.io.plans.plan_items import Item, geodetic_of
+from clearway.io.plans.plan_items import Item, read_geodetic
 from clearway.io.xml_tree import Element
 
 MODES: dict[str, Literal["home", "ground", "ellipsoid", "sea level"]] = {
@@ -88,7 +88,7 @@ def _start(document: Element, problems: list[str]) -> Start | None:
         return None
     try:
         latitude, longitude, height = (float(word) for word in told.text.split(","))
-        place = geodetic_of(latitude, longitude, height)
+        place = read_geodetic(latitude, longitude, height)
     except ValueError as cause:
         problems.append(f"line {told.line}: takeOffRefPoint {told.text[:40]!r}: {cause}")
         return None
@@ -145,7 +145,7 @@ def _waypoint(
             above, height = "home", height - start.geodetic.height_m
         elif above == "sea level" and start is not None and start.sea_level_m is None:
             raise ValueError("height above sea level, but home's is above the ellipsoid alone")
-        geodetic_of(latitude, longitude, height)
+        read_geodetic(latitude, longitude, height)
     except (ValueError, IndexError) as cause:
         told = cause if isinstance(cause, ValueError) else f"no place, got {','.join(words)[:40]!r}"
         problems.append(f"{where}: {told}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from clearway.base.errors import InputError
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.flight_plan import NO_HOME, FlightPlan
-from clearway.io.plans.plan_items import geodetic_of
+from clearway.io.plans.plan_items import read_geodetic
 from clearway.io.plans.plan_limits import polygon_fence
 from clearway.io.plans.waypoint_file import written_lines
 
@@ -45,7 +45,7 @@ def _rows(path: Path, columns: tuple[str, ...]) -> list[Geodetic]:
             if columns[0].isupper() and words.pop(0) != columns[0]:
                 raise ValueError(f"does not begin with {columns[0]}")
             latitude, longitude, height = (float(word) for word in [*words, "0"][:3])
-            found.append(geodetic_of(latitude, longitude, height if len(columns) > 2 else 0.0))
+            found.append(read_geodetic(latitude, longitude, height if len(columns) > 2 else 0.0))
         except ValueError as cause:
             problems.append(f"{place}: {cause}; valid: {' '.join(columns)}")
     if problems or not found:

@@ -18,7 +18,7 @@ from clearway.io.foreign_errors import damage_told
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.dji_wpml import is_wpml, wpml_plan
 from clearway.io.plans.flight_plan import FlightPlan
-from clearway.io.plans.plan_items import Item, geodetic_of
+from clearway.io.plans.plan_items import Item, read_geodetic
 from clearway.io.xml_tree import Element, parsed_xml
 
 MOST_BYTES = 40_000_000
@@ -183,4 +183,4 @@ def _place(where: str, word: list[str]) -> PlaceTold:
         raise ValueError(f"{','.join(word)[:40]!r} is no longitude,latitude,height")
     longitude, latitude, height = (float(part) for part in [*word, "0"][:3])
     latitude, longitude = position_of([longitude, latitude])
-    return PlaceTold(where, *geodetic_of(latitude, longitude, height))
+    return PlaceTold(where, *read_geodetic(latitude, longitude, height))

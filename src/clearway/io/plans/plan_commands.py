@@ -29,7 +29,7 @@ BENT = {36: "arc to a waypoint, flown straight", 82: "spline to a waypoint, flow
 DELAY, CHANGE_SPEED = 93, 178
 DO_JUMP, JUMP_TAG, DO_JUMP_TAG = 177, 600, 601
 FENCE_INSIDE, FENCE_OUTSIDE, CIRCLE_INSIDE, CIRCLE_OUTSIDE, RALLY = 5001, 5002, 5003, 5004, 5100
-LIMITS = range(5000, 5101)
+FENCE_AND_RALLY_ITEMS = range(5000, 5101)
 """Items of fence and rally files."""
 NAMES: Mapping[int, str] = {
     16: "WAYPOINT", 17: "LOITER_UNLIM", 18: "LOITER_TURNS", 19: "LOITER_TIME",

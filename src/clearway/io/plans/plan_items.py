@@ -17,8 +17,8 @@ from clearway.io.plans.plan_commands import (
     DELAY,
     DO_JUMP,
     DO_JUMP_TAG,
+    FENCE_AND_RALLY_ITEMS,
     JUMP_TAG,
-    LIMITS,
     LOITERING,
     UNLIMITED,
     Action,
@@ -124,7 +124,7 @@ def item_of(entry: Entry, *, zero_keeps_height: bool) -> Item | None:
     return Item(entry.place, action, *position_of([longitude, latitude]), kept, above, last)
 
 
-def geodetic_of(latitude: float, longitude: float, height: float) -> Geodetic:
+def read_geodetic(latitude: float, longitude: float, height: float) -> Geodetic:
     """A place of a plan; raises ValueError saying what is out of range."""
     position_of([longitude, latitude])
     _check_height(height)
@@ -162,7 +162,7 @@ class ItemsRead:
 
     def _step(self, entry: Entry) -> Item | Jump | Tag | None:
         command = entry.command
-        if command in LIMITS:
+        if command in FENCE_AND_RALLY_ITEMS:
             self.limits.take(command or 0, entry.params[0], entry.position)
             return None
         if command in (DO_JUMP, DO_JUMP_TAG):

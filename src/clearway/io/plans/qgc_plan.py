@@ -11,7 +11,7 @@ from typing import Literal
 from clearway.io.foreign import Foreign, read_json
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.flight_plan import FlightPlan, plan_of
-from clearway.io.plans.plan_items import FRAMES, Entry, ItemsRead, Position, geodetic_of
+from clearway.io.plans.plan_items import FRAMES, Entry, ItemsRead, Position, read_geodetic
 from clearway.io.plans.plan_limits import Fence, polygon_fence, round_fence
 from clearway.io.toml import parse_model, refuse_many
 
@@ -142,7 +142,7 @@ def _places(
 
     def geodetic(place: str, values: tuple[float, float, float]) -> Geodetic:
         try:
-            return geodetic_of(*values)
+            return read_geodetic(*values)
         except ValueError as cause:
             problems.append(f"{place}: {cause}")
         return Geodetic(*values)

@@ -12,8 +12,8 @@ from clearway.base.errors import InputError
 from clearway.io.foreign import read_text
 from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.flight_plan import FlightPlan, plan_of
-from clearway.io.plans.plan_commands import LIMITS
-from clearway.io.plans.plan_items import Entry, ItemsRead, geodetic_of
+from clearway.io.plans.plan_commands import FENCE_AND_RALLY_ITEMS
+from clearway.io.plans.plan_items import Entry, ItemsRead, read_geodetic
 
 HEAD = "QGC WPL"
 VERSIONS = {"110": True, "120": False}
@@ -48,7 +48,7 @@ def read_waypoints(path: Path) -> FlightPlan:
         raise InputError(str(path), problems)
     if not rows:
         raise InputError(str(path), "no item in it; the first is home")
-    has_home = VERSIONS[version] and int(rows[0][1][3]) not in LIMITS
+    has_home = VERSIONS[version] and int(rows[0][1][3]) not in FENCE_AND_RALLY_ITEMS
     return _plan(path, rows, has_home=has_home)
 
 
@@ -73,7 +73,7 @@ def _plan(path: Path, rows: list[tuple[str, list[float]]], *, has_home: bool) ->
         place, first = rows[0]
         home = Geodetic(first[8], first[9], first[10])
         try:
-            geodetic_of(*home)
+            read_geodetic(*home)
         except ValueError as cause:
             items.problems.append(f"{place}: home: {cause}")
     for number, (place, row) in enumerate(rows):

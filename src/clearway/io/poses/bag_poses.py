@@ -16,7 +16,7 @@ import numpy as np
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_body
 from clearway.io.foreign_errors import damage_told
-from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of
+from clearway.io.poses.pose_track import PoseTrack, convert_quaternion, pose_track, quaternions_of
 from clearway.io.scans.bag import Bag, RawMessage
 from clearway.io.scans.optical import AHEAD_FROM_OPTICAL, is_optical
 from clearway.sensors import Mounting
@@ -116,7 +116,7 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     track = replace(track, notes=(*track.notes, *_note_damaged(damaged, topic)))
     if not is_optical(body):
         return track, body
-    turned = [rotation_of(one) @ AHEAD_FROM_OPTICAL.T for one in track.quaternion]
+    turned = [convert_quaternion(one) @ AHEAD_FROM_OPTICAL.T for one in track.quaternion]
     ahead = quaternions_of(np.array(turned).reshape(-1, 3, 3))
     return replace(track, quaternion=ahead), body
 
@@ -240,7 +240,10 @@ def _pose(edges: Mapping[str, Edge], chain: Sequence[str], time_s: float) -> Flo
     for name in chain[:-1]:
         edge = edges[name]
         if not _moves(edge):
-            rotation, position = rotation_of(edge.track.quaternion[0]), edge.track.position_m[0]
+            rotation, position = (
+                convert_quaternion(edge.track.quaternion[0]),
+                edge.track.position_m[0],
+            )
         else:
             state = edge.track.at(time_s)
             if state is None:

@@ -57,7 +57,7 @@ TABLE = PoseColumns(0, [1, 2, 3], [4, 5, 6], False)
 """Where there is no header: time, x, y, z, and x, y, z, w, or roll, pitch, yaw in degrees."""
 
 
-def columns_of(header: str) -> PoseColumns | None:
+def find_pose_columns(header: str) -> PoseColumns | None:
     """The columns that a header names; None where it does not name a whole pose."""
     found: dict[str, int] = {}
     units: dict[str, str] = {}

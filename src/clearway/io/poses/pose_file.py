@@ -15,7 +15,7 @@ from clearway.base.state import State
 from clearway.io.foreign import is_number, read_text, unended
 from clearway.io.foreign_errors import damage_told
 from clearway.io.moments import second_of
-from clearway.io.poses.pose_columns import TABLE, TUM, PoseColumns, columns_of
+from clearway.io.poses.pose_columns import TABLE, TUM, PoseColumns, find_pose_columns
 from clearway.io.poses.pose_track import PoseTrack, pose_track
 
 PoseAt = Callable[[int, float], State | None]
@@ -41,7 +41,7 @@ class PoseFormat(NamedTuple):
     needs: str = ""
 
 
-FORMATS = (
+POSE_FORMATS = (
     PoseFormat(
         "table",
         "table: time, x, y, z, roll, pitch, yaw in seconds, metres, degrees, pitch nose down",
@@ -120,7 +120,7 @@ def _numbers(path: Path, text: str) -> tuple[PoseColumns | None, FloatArray]:
     for place, line in enumerate(text.splitlines(), start=1):
         words = line.split("#")[0].replace(",", " ").replace(";", " ").split()
         if not words or (not rows and not is_number(words[0])):
-            header = columns_of(line) or header
+            header = find_pose_columns(line) or header
             continue
         try:
             values = [float(word) for word in words]

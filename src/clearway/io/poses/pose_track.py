@@ -53,7 +53,7 @@ class PoseTrack:
     def _state(self, before: int, after: int, share: float, time_s: float) -> State:
         position = (1.0 - share) * self.position_m[before] + share * self.position_m[after]
         turned = slerp(self.quaternion[before], self.quaternion[after], share)
-        attitude = attitude_from_rotation(rotation_of(turned))
+        attitude = attitude_from_rotation(convert_quaternion(turned))
         position_std, attitude_std = (
             0.0 if std is None else float(max(std[before], std[after]))
             for std in (self.position_std_m, self.attitude_std_rad)
@@ -111,7 +111,7 @@ def slerp(start: FloatArray, end: FloatArray, share: float) -> FloatArray:
     return turned
 
 
-def rotation_of(quaternion: FloatArray) -> FloatArray:
+def convert_quaternion(quaternion: FloatArray) -> FloatArray:
     """[3, 3] of a unit quaternion w, x, y, z."""
     w, x, y, z = quaternion
     return np.array(

@@ -13,7 +13,13 @@ import numpy as np
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
 from clearway.io.apart import apart
-from clearway.io.poses.pose_track import PoseTrack, pose_track, quaternions_of, rotation_of, slerp
+from clearway.io.poses.pose_track import (
+    PoseTrack,
+    convert_quaternion,
+    pose_track,
+    quaternions_of,
+    slerp,
+)
 from clearway.io.poses.ulog_topics import Log, logged
 from clearway.io.traffic.traffic_rows import NO_ADDRESS, NO_POSITION, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
@@ -81,7 +87,7 @@ def _attitudes(turn: Any, times: FloatArray) -> FloatArray:
         gap = own[at] - own[before]
         share = float(np.clip((time_s - own[before]) / gap, 0.0, 1.0)) if gap > 0.0 else 0.0
         mixed = slerp(logged[before], logged[at], share)
-        rotations.append(ENU_FROM_NED @ rotation_of(mixed) @ FRD_FROM_FLU)
+        rotations.append(ENU_FROM_NED @ convert_quaternion(mixed) @ FRD_FROM_FLU)
     return quaternions_of(np.array(rotations))
 
 

@@ -67,7 +67,7 @@ def messages() -> Iterator[tuple[float, float, bytes]]:
     """(seconds since 1970, seconds since the beginning, message), in the order of time."""
     for row in rows(step_s=0.5):
         odd = round(2.0 * row.after_s) % 2
-        kinds = [position(row, odd)]
+        kinds = [encode_position(row, odd)]
         if odd:
             kinds.append(velocity(row))
         elif round(row.after_s) % 10 == 0:
@@ -93,7 +93,7 @@ def _parity(content: int) -> int:
     return rest
 
 
-def position(row: Row, odd: int) -> int:
+def encode_position(row: Row, odd: int) -> int:
     """Airborne position, barometric altitude, even or odd (type code 11)."""
     steps = (row.altitude_ft + 1000) // 25
     altitude = (steps >> 4) << 5 | 1 << 4 | steps & 15

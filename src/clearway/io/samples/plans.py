@@ -23,7 +23,7 @@ NAMESPACES = 'xmlns="http://www.opengis.net/kml/2.2" xmlns:wpml="http://www.dji.
 MADE = (2026, 1, 1, 0, 0, 0)
 
 
-def write_plan(path: Path, rng: np.random.Generator) -> None:
+def write_plan_sample(path: Path, rng: np.random.Generator) -> None:
     """A plan of QGroundControl, with a fence to stay in and one to keep out of."""
     del rng
     items = [_item(1, TAKE_OFF, HOME[0], HOME[1])]

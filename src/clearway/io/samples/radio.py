@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.io.samples.encounter import AIRCRAFT, Row, rows
-from clearway.io.traffic.gdl90 import ESCAPE, FLAG, TURNED, checksum
+from clearway.io.traffic.gdl90 import ESCAPE, FLAG, TURNED, compute_gdl90_crc
 
 TWENTY_FOUR, TWELVE = 1 << 24, 1 << 12
 AIRBORNE_TRUE_TRACK, GOOD_POSITION = 9, 0xA9
@@ -59,7 +59,7 @@ def _report(kind: int, row: Row) -> bytes:
 
 def _frame(message: bytes) -> bytes:
     """Between flags, with its checksum, flags in it turned."""
-    told = message + checksum(message).to_bytes(2, "little")
+    told = message + compute_gdl90_crc(message).to_bytes(2, "little")
     turned = b"".join(
         bytes((ESCAPE, byte ^ TURNED)) if byte in (FLAG, ESCAPE) else bytes((byte,))
         for byte in told

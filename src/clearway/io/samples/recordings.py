@@ -203,7 +203,7 @@ def _write_all(writer: Any, robot: Robot, messages: Iterable[tuple[str, int, str
         writer.write(known[topic], time_ns, data)
 
 
-def write_mcap(path: Path, rng: np.random.Generator) -> None:
+def write_mcap_sample(path: Path, rng: np.random.Generator) -> None:
     """MCAP of ROS 2 messages."""
     from mcap.writer import CompressionType, Writer
 

@@ -114,7 +114,7 @@ def ros2_name(name: str) -> str:
     return f"{package}/msg/{rest}" if slash and "/" not in rest else name
 
 
-def merged(topics: Iterator[Topic]) -> tuple[Topic, ...]:
+def merge_topics(topics: Iterator[Topic]) -> tuple[Topic, ...]:
     """One entry a topic, by name, messages of all its connections added up."""
     found: dict[str, Topic] = {}
     for topic in topics:

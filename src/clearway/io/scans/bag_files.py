@@ -21,7 +21,7 @@ from clearway.io.scans.bag import (
     RawMessage,
     Topic,
     library_complaints,
-    merged,
+    merge_topics,
     ros2_types,
     types_of,
 )
@@ -29,7 +29,7 @@ from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.scans.lost_chunks import read_sqlite_rows, try_unpack
 from clearway.io.scans.zstd import SUFFIX as PACKED
 from clearway.io.scans.zstd import unpacked_file
-from clearway.io.sqlite_file import open_sqlite, refuse_programs, rows_of
+from clearway.io.sqlite_file import open_sqlite, query_rows, refuse_programs
 
 SUFFIXES = (".db3", ".mcap")
 PROMISED = re.compile(r"^  message_count:\s*(\d+)", re.M)
@@ -69,7 +69,7 @@ def open_files(path: Path, files: Sequence[Path]) -> Iterator[Bag]:
         def decoded(message: RawMessage) -> Any:
             return known[message.type].decoded(message)
 
-        topics = merged(t for bag in bags for t in bag.topics)
+        topics = merge_topics(t for bag in bags for t in bag.topics)
         _check_count(path, sum(topic.messages for topic in topics))
         yield Bag("ROS 2 bag", topics, messages, decoded)
 
@@ -145,7 +145,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
             )
             topics = {
                 number: Topic(str(name), str(kind), count)
-                for number, name, kind, count in rows_of(path, found)
+                for number, name, kind, count in query_rows(path, found)
             }
             definitions = _definitions(path, base)
 
@@ -167,7 +167,7 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
                     stores[message.type] = ros2_types() if known is None else types_of(known)
                 return stores[message.type].deserialize_cdr(message.raw, message.type)
 
-        yield Bag("ROS 2 bag", merged(iter(topics.values())), messages, decoded)
+        yield Bag("ROS 2 bag", merge_topics(iter(topics.values())), messages, decoded)
 
 
 def _check_size(path: Path) -> None:
@@ -193,6 +193,6 @@ def _definitions(path: Path, base: sqlite3.Connection) -> dict[str, Any]:
     )
     return {
         name: SimpleNamespace(name=name, encoding=encoding, data=text.encode())
-        for name, encoding, text in rows_of(path, rows)
+        for name, encoding, text in query_rows(path, rows)
         if encoding in ("ros2msg", "ros2idl")
     }

@@ -15,7 +15,7 @@ from clearway.io.scans.bag import (
     RawMessage,
     Topic,
     library_complaints,
-    merged,
+    merge_topics,
     ros2_name,
     types_of,
 )
@@ -100,13 +100,13 @@ def _topics(summary: Any, path: Path) -> tuple[Topic, ...]:
     """From the summary, or by reading all of a file that has none."""
     if summary is None or summary.statistics is None:
         with path.open("rb") as file:
-            return merged(
+            return merge_topics(
                 Topic(channel.topic, ros2_name(schema.name if schema else ""), 1)
                 for schema, channel, _ in _reader(file, summary is not None).iter_messages()
             )
     counts = summary.statistics.channel_message_counts
     names = {number: schema.name for number, schema in summary.schemas.items()}
-    return merged(
+    return merge_topics(
         Topic(one.topic, ros2_name(names.get(one.schema_id, "")), counts.get(one.id, 0))
         for one in summary.channels.values()
     )

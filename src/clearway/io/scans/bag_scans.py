@@ -17,7 +17,7 @@ from clearway.io.scans.cloud_message import (
     points_of_cloud,
     points_of_cloud2,
     points_of_voxels,
-    read_header,
+    read_message_header,
 )
 from clearway.io.scans.livox_message import TYPES as LIVOX
 from clearway.io.scans.livox_message import points_of_livox
@@ -159,7 +159,7 @@ def _scan(
 def _header(message: RawMessage) -> Header | None:
     """The header of a message; None where it is damaged."""
     try:
-        return None if message.damage else read_header(message.raw, message.ros2)
+        return None if message.damage else read_message_header(message.raw, message.ros2)
     except COMPLAINTS:
         return None
 

@@ -40,7 +40,7 @@ class Header(NamedTuple):
     """Byte order of the message: "<" or ">"."""
 
 
-def read_header(raw: bytes, ros2: bool) -> Header:
+def read_message_header(raw: bytes, ros2: bool) -> Header:
     """std_msgs/Header at the start of a serialised message; struct.error where it is cut off."""
     order = "<" if not ros2 or raw[1] & 1 else ">"
     start = CDR_HEAD if ros2 else FLOAT_BYTES  # ROS 1 begins with a sequence number
@@ -146,7 +146,7 @@ def points_of_cloud(raw: bytes, ros2: bool) -> FloatArray:
     Read as bytes, since a message object for each of 100,000 points takes a second. Raises
     ValueError where it is cut off.
     """
-    header = read_header(raw, ros2)
+    header = read_message_header(raw, ros2)
     start = header.end
     if ros2:  # aligned from after the CDR head
         start += -(start - CDR_HEAD) % FLOAT_BYTES

@@ -14,7 +14,7 @@ import struct
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.io.scans.cloud_message import CDR_HEAD, read_header
+from clearway.io.scans.cloud_message import CDR_HEAD, read_message_header
 
 TYPES = tuple(
     f"{package}/msg/CustomMsg"
@@ -31,7 +31,7 @@ def points_of_livox(raw: bytes, ros2: bool) -> FloatArray:
 
     Read as bytes, as `points_of_cloud` does. Raises ValueError where it is cut off.
     """
-    header = read_header(raw, ros2)
+    header = read_message_header(raw, ros2)
     start = header.end
     if ros2:  # aligned from after the CDR head
         start += -(start - CDR_HEAD) % 8

@@ -10,10 +10,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from clearway.io.foreign_errors import COMPLAINTS, LONGEST
+from clearway.io.foreign_errors import COMPLAINTS, LONGEST_COMPLAINT
 from clearway.io.scans.bag import library_complaints
 from clearway.io.scans.zstd import unpacked_message
-from clearway.io.sqlite_file import INTERRUPTED, rows_of
+from clearway.io.sqlite_file import INTERRUPTED, query_rows
 
 RECORD_HEAD = 9
 """Bytes of an MCAP record before its content: what it is, and how long."""
@@ -148,7 +148,7 @@ def read_sqlite_rows(
     done = 0
     try:
         rows = base.execute(f"SELECT topic_id, timestamp, data {chosen}", topics)
-        for row in rows_of(path, rows):
+        for row in query_rows(path, rows):
             done += 1
             yield (*row, "")
         return
@@ -156,7 +156,7 @@ def read_sqlite_rows(
         if INTERRUPTED in str(cause):
             raise
         rows = base.execute(f"SELECT rowid, topic_id, timestamp {chosen}", topics)
-        listed = list(rows_of(path, rows))
+        listed = list(query_rows(path, rows))
     for number, topic, logged_ns in listed[done:]:
         try:
             ((data,),) = base.execute("SELECT data FROM messages WHERE rowid = ?", (number,))
@@ -178,4 +178,4 @@ def try_unpack(data: bytes) -> tuple[bytes, str]:
 
 def describe(cause: Exception) -> str:
     """Return what a library says, as one short line."""
-    return f"{type(cause).__name__}: {' '.join(str(cause).split())[:LONGEST]}"
+    return f"{type(cause).__name__}: {' '.join(str(cause).split())[:LONGEST_COMPLAINT]}"

@@ -23,7 +23,7 @@ from clearway.io.scans.bag import (
     RawMessage,
     Topic,
     library_complaints,
-    merged,
+    merge_topics,
 )
 from clearway.io.scans.bag_files import open_files, plain_files
 from clearway.io.scans.bag_mcap import open_mcap
@@ -134,7 +134,7 @@ def _open_bag1(path: Path) -> Iterator[Bag]:
             reader = AnyReader([path])
             stack.callback(_close, reader)  # its own way out leaves files open after a failure
             reader.open()
-            topics = merged(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
+            topics = merge_topics(Topic(c.topic, c.msgtype, c.msgcount) for c in reader.connections)
 
         def messages(names: Sequence[str]) -> Iterator[RawMessage]:
             wanted = [c for c in reader.connections if c.topic in names]

@@ -20,7 +20,7 @@ from clearway.io.scans.ouster_packets import Frame, Ouster, recorded
 from clearway.io.scans.pointcloud import PointCloud, cleaned
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 from clearway.sensors import BeamPattern
-from clearway.sensors.estimate import ROUNDED_UP
+from clearway.sensors.beams.estimate import ROUNDED_UP
 
 RANGES_M = {"OS-0": (0.3, 75.0), "OS-1": (0.5, 200.0), "OS-2": (1.0, 400.0), "OS-D": (0.3, 75.0)}
 """Nearest and farthest by product line, after the maker's data sheets."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
-from clearway.io.scans.pcd_header import PcdHeader, read_header
+from clearway.io.scans.pcd_header import PcdHeader, read_pcd_header
 from clearway.io.scans.pointcloud import PointCloud
 
 LEVEL_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -29,7 +29,7 @@ def read_pcd(path: Path) -> PointCloud:
     """
     with naming(path, "read"):
         content = path.read_bytes()
-    header = read_header(str(path), content)
+    header = read_pcd_header(str(path), content)
     read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}[header.data]
     points_m, notes = read(str(path), header, content[header.start :])
     return PointCloud(

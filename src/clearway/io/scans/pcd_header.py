@@ -45,7 +45,7 @@ class PcdHeader(NamedTuple):
     """Before the data."""
 
 
-def read_header(source: str, content: bytes) -> PcdHeader:
+def read_pcd_header(source: str, content: bytes) -> PcdHeader:
     """The header at the start of a file; InputError with everything that is wrong in it."""
     words, start, lines = _words(content)
     missing = [key for key in NEEDED if key not in words]

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.io.foreign import read_text
-from clearway.io.scans.scan_formats import FORMATS, read_cloud
+from clearway.io.scans.scan_formats import SCAN_FORMATS, read_cloud
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 
 SCAN_SUFFIXES = tuple(
-    suffix for one in FORMATS if one.cloud for suffix in one.suffixes if suffix != ".txt"
+    suffix for one in SCAN_FORMATS if one.cloud for suffix in one.suffixes if suffix != ".txt"
 )
 """Those of files of one cloud; a .txt beside scans tells their times or poses."""
 PERIOD_S = 0.1

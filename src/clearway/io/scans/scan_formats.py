@@ -61,7 +61,7 @@ def _packets(path: Path, _topic: str | None, _poses: str | None) -> ScanSequence
     return ouster_scans(path)
 
 
-FORMATS = (
+SCAN_FORMATS = (
     ScanFormat(
         "PCD 0.5 to 0.7: ascii, binary, compressed",
         (".pcd",),
@@ -142,7 +142,9 @@ FORMATS = (
     ),
 )
 """Add a format here: help, messages and the table of docs/scans.md are made from it."""
-BY_SUFFIX: Mapping[str, ScanFormat] = {suffix: one for one in FORMATS for suffix in one.suffixes}
+BY_SUFFIX: Mapping[str, ScanFormat] = {
+    suffix: one for one in SCAN_FORMATS for suffix in one.suffixes
+}
 
 
 def format_of(path: Path) -> ScanFormat:
@@ -192,7 +194,7 @@ def check_start(path: Path) -> None:
         start = file.read(16)
     if not start:
         raise InputError(str(path), "the file is empty (0 bytes)")
-    for other in FORMATS:
+    for other in SCAN_FORMATS:
         for magic in other.magic:
             if other is not own and start.startswith(magic):
                 raise InputError(

@@ -11,11 +11,11 @@ from clearway.io.traffic.traffic_rows import (
     Sieve,
     address_of,
     altitude_of,
+    clean_text,
     epoch_s,
     number,
     report_of,
     source_of,
-    text,
 )
 from clearway.traffic.recorded.report import TrafficRecording
 
@@ -72,7 +72,7 @@ def _take(row: dict[str, Any], now: Any, sieve: Sieve, types: dict[str, Any]) ->
             place_deg,
             altitude_of(_first(details, ALTITUDE), details.get("alt_geom"), sieve),
             (_first(row, SPEED), row.get("track"), _first(details, RATE)),
-            text(details.get("flight")).replace("N/A", ""),
+            clean_text(details.get("flight")).replace("N/A", ""),
             source_of(types[address], address),
         )
     )

@@ -6,7 +6,7 @@ import re
 
 from clearway.base.errors import InputError
 from clearway.io.traffic.mode_s import Frames, decode_frames
-from clearway.io.traffic.mode_s_hex import frame_of
+from clearway.io.traffic.mode_s_hex import decode_frame
 from clearway.io.traffic.ticks import TickClock
 from clearway.io.traffic.traffic_rows import DAMAGED, NO_TIME, Sieve
 from clearway.traffic.recorded.report import TrafficRecording
@@ -63,7 +63,7 @@ def _take(sign: str, digits: str, clock: TickClock, frames: Frames, sieve: Sieve
     if len(message) == MODE_AC_DIGITS:
         sieve.use("Mode A/C reply")
         return
-    frame = frame_of(message)
+    frame = decode_frame(message)
     if before:
         frames.add(clock.seconds(int(digits[:12], 16)), frame)
     else:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
-    FASTEST_MPS,
+    FASTEST_READ_MPS,
     HIGHEST_M,
     IMPOSSIBLE,
     LOWEST_M,
@@ -89,7 +89,7 @@ def _take(place: int, words: list[str], time_s: float, sieve: Sieve) -> None:
         return
     speed = _speed_mps(numbers[4], altitude or 0.0)
     # A script that says so is wrong as a whole: no receiver was mistaken here.
-    if not LOWEST_M <= (altitude or 0.0) <= HIGHEST_M or not (speed or 0.0) <= FASTEST_MPS:
+    if not LOWEST_M <= (altitude or 0.0) <= HIGHEST_M or not (speed or 0.0) <= FASTEST_READ_MPS:
         sieve.drop(IMPOSSIBLE)
         return
     sieve.take(

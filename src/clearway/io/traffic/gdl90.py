@@ -120,10 +120,10 @@ def _checked(frame: bytes) -> bytes | None:
     if len(plain) < 3 or turned:
         return None
     message, told = bytes(plain[:-2]), int.from_bytes(plain[-2:], "little")
-    return message if checksum(message) == told else None
+    return message if compute_gdl90_crc(message) == told else None
 
 
-def checksum(message: bytes) -> int:
+def compute_gdl90_crc(message: bytes) -> int:
     """CRC of 16 bits, polynomial 0x1021, of the last two bytes without zeros behind them."""
     padded = message.rjust(2, b"\0")
     return binascii.crc_hqx(padded[:-2], 0) ^ int.from_bytes(padded[-2:], "big")

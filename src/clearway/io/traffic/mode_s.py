@@ -14,7 +14,7 @@ import numpy.typing as npt
 from clearway.base.errors import MissingExtraError
 from clearway.base.state import IntArray
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
-from clearway.io.traffic.traffic_rows import ON_GROUND, Altitude, Sieve, text
+from clearway.io.traffic.traffic_rows import ON_GROUND, Altitude, Sieve, clean_text
 from clearway.traffic.recorded.report import NOT_ICAO, Source, TrafficReport
 
 SHORT_BYTES, LONG_BYTES = 7, 14
@@ -162,7 +162,7 @@ def _take(message: dict[str, Any], known: dict[str, _ModeSAircraft], sieve: Siev
     if register == "09":
         _remember_velocity(message, mine)
         return "velocity"
-    mine.callsign = text(message.get("callsign"))
+    mine.callsign = clean_text(message.get("callsign"))
     return "identification"
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from clearway.io.json_objects import json_objects
 from clearway.io.moments import second_of
 from clearway.io.traffic.mode_s import LONG_BYTES, SHORT_BYTES, Frames, decode_frames
-from clearway.io.traffic.traffic_rows import DAMAGED, NO_TIME, Sieve, epoch_s, text
+from clearway.io.traffic.traffic_rows import DAMAGED, NO_TIME, Sieve, clean_text, epoch_s
 from clearway.traffic.recorded.report import TrafficRecording
 
 FORM = "Mode S hex"
@@ -36,7 +36,7 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
     """
     sieve, frames = Sieve(source), Frames()
     lines = table_lines(content)
-    columns = columns_of(lines) or MessageColumns(0, 1)
+    columns = find_message_columns(lines) or MessageColumns(0, 1)
     for place, line in enumerate(lines, start=1):
         try:
             frames.add(*_parsed(line, columns))
@@ -59,7 +59,7 @@ def read_json_frames(source: str, content: bytes) -> TrafficRecording:
             sieve.drop(NO_TIME)
             continue
         try:
-            frames.add(time_s, frame_of(text(row.get("frame"))))
+            frames.add(time_s, decode_frame(clean_text(row.get("frame"))))
         except ValueError as cause:
             sieve.drop(DAMAGED, f"{place}: {cause}".strip(": "))
     return _recording(frames, sieve)
@@ -74,7 +74,7 @@ def table_lines(content: bytes) -> list[str]:
     return lines
 
 
-def columns_of(lines: list[str]) -> MessageColumns | None:
+def find_message_columns(lines: list[str]) -> MessageColumns | None:
     """The columns of the first row that has a message and a time; None where there is none."""
     header: list[str] = []
     for line in lines[:FIRST_LINES]:
@@ -90,7 +90,7 @@ def columns_of(lines: list[str]) -> MessageColumns | None:
     return None
 
 
-def frame_of(digits: str) -> bytes:
+def decode_frame(digits: str) -> bytes:
     """A message of its digits; raises ValueError with the reason if it is none."""
     try:
         message = bytes.fromhex(digits)
@@ -117,7 +117,7 @@ def _parsed(line: str, columns: MessageColumns) -> tuple[float, bytes]:
         time_s = moment
     if not math.isfinite(time_s):
         raise ValueError(f"has no finite time: {words[columns.time]}")
-    return time_s, frame_of(words[columns.message].strip(" *"))
+    return time_s, decode_frame(words[columns.message].strip(" *"))
 
 
 def _is_time(word: str) -> bool:

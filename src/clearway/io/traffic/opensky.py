@@ -12,13 +12,13 @@ from clearway.io.traffic.traffic_rows import (
     Altitude,
     Sieve,
     address_of,
+    clean_text,
     epoch_s,
     number,
-    text,
 )
 from clearway.traffic.recorded.report import Source, TrafficRecording, TrafficReport
 
-FORM = "OpenSky state vectors"
+OPENSKY_FORM = "OpenSky state vectors"
 FIELDS = (
     "icao24", "callsign", "country", "lastposupdate", "lastcontact", "lon", "lat", "baroaltitude",
     "onground", "velocity", "heading", "vertrate", "sensors", "geoaltitude", "squawk", "spi",
@@ -44,7 +44,7 @@ def read_states(source: str, content: bytes) -> TrafficRecording:
                 take_state({"time": found.get("time"), **told}, sieve)
             else:
                 sieve.drop(DAMAGED, f"{place} states[{number_}]: no list of a state".strip())
-    return sieve.recording(FORM)
+    return sieve.recording(OPENSKY_FORM)
 
 
 def take_state(row: Mapping[str, Any], sieve: Sieve) -> None:
@@ -67,7 +67,7 @@ def take_state(row: Mapping[str, Any], sieve: Sieve) -> None:
             number(row.get("velocity")),
             None if heading is None else math.radians(heading),
             number(row.get("vertrate")),
-            text(row.get("callsign")),
+            clean_text(row.get("callsign")),
             SOURCES.get(number(row.get("source", 0)), "unknown"),
         )
     )

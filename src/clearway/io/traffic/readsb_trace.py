@@ -11,10 +11,10 @@ from clearway.io.traffic.traffic_rows import (
     Sieve,
     address_of,
     altitude_of,
+    clean_text,
     number,
     report_of,
     source_of,
-    text,
 )
 from clearway.traffic.recorded.report import TrafficRecording
 
@@ -45,14 +45,14 @@ def read_trace(source: str, content: bytes) -> TrafficRecording:
     if problems or start_s is None:
         raise InputError(source, problems)
     sieve = Sieve(source)
-    callsign = text(data.get("r"))
+    callsign = clean_text(data.get("r"))
     for place, row in enumerate(data["trace"]):
         elapsed_s = number(row[0]) if isinstance(row, list) and len(row) >= LEAST_FIELDS else None
         if elapsed_s is None:
             sieve.drop(DAMAGED, f"trace[{place}]: no row of at least {LEAST_FIELDS} fields")
             continue
         details = row[8] if len(row) > 8 and isinstance(row[8], dict) else {}
-        callsign = text(details.get("flight")) or callsign
+        callsign = clean_text(details.get("flight")) or callsign
         _take(row, start_s + elapsed_s, address, callsign, sieve)
     return sieve.recording(FORM)
 

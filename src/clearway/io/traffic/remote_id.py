@@ -11,7 +11,7 @@ from clearway.base.remote_id import (
     UNKNOWN_CLIMB,
     UNKNOWN_DIRECTION,
     UNKNOWN_SPEED,
-    is_own,
+    is_own_message,
     remote_address,
 )
 from clearway.io.traffic.traffic_rows import NO_POSITION, Sieve
@@ -38,7 +38,7 @@ class RemoteIds:
         """One OPEN_DRONE_ID message, and when it came, seconds since 1970."""
         if kind == PACK:
             self._sieve.drop("Remote ID messages in a pack")
-        elif is_own(bytes(message.id_or_mac)):
+        elif is_own_message(bytes(message.id_or_mac)):
             self._sieve.use(OURS)
         elif kind == IDENTITY:
             name = bytes(message.uas_id).rstrip(b"\0").decode("ascii", "replace").strip()

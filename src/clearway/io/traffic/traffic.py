@@ -33,7 +33,7 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     >>> cw.read_traffic("one.jsonl").reports[0].address
     '4b1801'
     """
-    from clearway.io.traffic.traffic_formats import FORMATS
+    from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS
 
     path = Path(path)
     with naming(path, "read"):
@@ -43,14 +43,14 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     packed_cut = ""
     if content.startswith(GZIP):
         content, packed_cut = _unpacked(str(path), content)
-    reader = next((form.read for form in FORMATS if form.recognises(content)), None)
+    reader = next((form.read for form in TRAFFIC_FORMATS if form.recognises(content)), None)
     if reader is None and packed_cut:
         raise InputError(str(path), f"truncated: {packed_cut}")
     if reader is None:
         raise InputError(
             str(path),
             f"no known traffic recording: it begins with {content[:24]!r}{what_content(content)}; "
-            "valid: " + "; ".join(form.name for form in FORMATS),
+            "valid: " + "; ".join(form.name for form in TRAFFIC_FORMATS),
         )
     with damage_told(path, "recording of traffic"):
         recording = reader(str(path), content)

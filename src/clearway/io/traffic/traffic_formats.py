@@ -15,7 +15,12 @@ from clearway.io.traffic.daidalus import read_daidalus
 from clearway.io.traffic.dataflash import MAGIC as DATAFLASH
 from clearway.io.traffic.dataflash import read_dataflash
 from clearway.io.traffic.gdl90 import is_gdl90, read_gdl90
-from clearway.io.traffic.mode_s_hex import columns_of, read_hex, read_json_frames, table_lines
+from clearway.io.traffic.mode_s_hex import (
+    find_message_columns,
+    read_hex,
+    read_json_frames,
+    table_lines,
+)
 from clearway.io.traffic.ogn import is_ogn, read_ogn
 from clearway.io.traffic.opensky import read_states
 from clearway.io.traffic.readsb_trace import read_trace
@@ -80,7 +85,7 @@ def _is_json_frames(content: bytes) -> bool:
 
 def _is_hex(content: bytes) -> bool:
     head = content[:HEAD]
-    return HEX_ROW.search(head) is not None or columns_of(table_lines(head)) is not None
+    return HEX_ROW.search(head) is not None or find_message_columns(table_lines(head)) is not None
 
 
 def _is_sbs(content: bytes) -> bool:
@@ -105,7 +110,7 @@ def _is_bluesky(content: bytes) -> bool:
     return BLUESKY_ROW.search(content[:HEAD].replace(b"\r", b"\n")) is not None
 
 
-FORMATS = (
+TRAFFIC_FORMATS = (
     Format(
         "ULog of PX4",
         _is_ulog,

@@ -25,7 +25,7 @@ from clearway.traffic.recorded.report import (
 LOWEST_M, HIGHEST_M = -1_000.0, 40_000.0
 LATEST_S = 5e10
 """Sixteen centuries from 1970, either way: what calendars can tell."""
-FASTEST_MPS = 1_200.0
+FASTEST_READ_MPS = 1_200.0
 STEEPEST_MPS = 200.0
 TOLD_PLACES = 3
 """Damaged places that are named; the rest are only counted."""
@@ -186,7 +186,7 @@ def _impossible_fields(report: TrafficReport) -> list[str]:
         found.append("altitude_m")
     if geometric_m is not None and not LOWEST_M <= geometric_m <= HIGHEST_M:
         found.append("geometric_altitude_m")
-    if speed_mps is not None and not 0.0 <= speed_mps <= FASTEST_MPS:
+    if speed_mps is not None and not 0.0 <= speed_mps <= FASTEST_READ_MPS:
         found.append("ground_speed_mps")
     if rate_mps is not None and not abs(rate_mps) <= STEEPEST_MPS:
         found.append("vertical_rate_mps")
@@ -235,19 +235,19 @@ def epoch_s(value: Any) -> float | None:
     if given is not None:
         return given * second_of(given)
     try:
-        moment = datetime.fromisoformat(text(value))
+        moment = datetime.fromisoformat(clean_text(value))
     except ValueError:
         return None
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
-def text(value: Any) -> str:
+def clean_text(value: Any) -> str:
     return value.strip() if isinstance(value, str) else ""
 
 
 def address_of(value: Any) -> str:
     """An address as it is written here: lower case, six digits after an optional `~`."""
-    word = text(value).lower()
+    word = clean_text(value).lower()
     digits = word.removeprefix(NOT_ICAO)
     if len(digits) != 6 or not set(digits) <= set("0123456789abcdef"):
         return ""
@@ -308,7 +308,7 @@ SOURCES: Mapping[str, Source] = MappingProxyType(
 
 def source_of(kind: Any, address: str) -> Source:
     """By readsb's `type` (`adsb_icao`, `tisb_other` ...), else by the address."""
-    word = text(kind).split("_")[0]
+    word = clean_text(kind).split("_")[0]
     if word:
         return SOURCES.get(word, "unknown")
     return "tisb" if address.startswith(NOT_ICAO) else "unknown"

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from clearway.io.foreign import unended
-from clearway.io.traffic.opensky import FORM as STATES
+from clearway.io.traffic.opensky import OPENSKY_FORM as STATES
 from clearway.io.traffic.opensky import take_state
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
-from clearway.io.traffic.trajectories import FORM as TRAJECTORIES
+from clearway.io.traffic.trajectories import TRAJECTORIES_FORM as TRAJECTORIES
 from clearway.io.traffic.trajectories import take_trajectory
 from clearway.traffic.recorded.report import TrafficRecording
 

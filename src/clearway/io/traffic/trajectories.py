@@ -12,13 +12,13 @@ from clearway.io.traffic.traffic_rows import (
     Sieve,
     address_of,
     altitude_of,
+    clean_text,
     epoch_s,
     report_of,
-    text,
 )
 from clearway.traffic.recorded.report import TrafficRecording
 
-FORM = "trajectories"
+TRAJECTORIES_FORM = "trajectories"
 
 
 def read_trajectories(source: str, content: bytes) -> TrafficRecording:
@@ -31,7 +31,7 @@ def read_trajectories(source: str, content: bytes) -> TrafficRecording:
     sieve = Sieve(source)
     for _, row in json_objects(source, content, sieve):
         take_trajectory(row, sieve)
-    return sieve.recording(FORM)
+    return sieve.recording(TRAJECTORIES_FORM)
 
 
 def read_trajectory_columns(source: str, content: bytes) -> TrafficRecording:
@@ -49,7 +49,7 @@ def read_trajectory_columns(source: str, content: bytes) -> TrafficRecording:
     sieve = Sieve(source)
     for index in named["icao24"]:
         take_trajectory({name: values.get(index) for name, values in named.items()}, sieve)
-    return sieve.recording(FORM)
+    return sieve.recording(TRAJECTORIES_FORM)
 
 
 def take_trajectory(row: Mapping[str, Any], sieve: Sieve) -> None:
@@ -67,7 +67,7 @@ def take_trajectory(row: Mapping[str, Any], sieve: Sieve) -> None:
             *told,
             altitude_of(barometric, row.get("geoaltitude"), sieve),
             (row.get("groundspeed"), row.get("track"), row.get("vertical_rate")),
-            text(row.get("callsign")),
+            clean_text(row.get("callsign")),
             "adsb",
         )
     )

@@ -17,12 +17,12 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 from clearway.sensors import Lidar, PointMemory, Scan
-from clearway.sensors.memory import forget_moved
-from clearway.sensors.sightings import (
+from clearway.sensors.memory.point_memory import forget_moved
+from clearway.sensors.passing.sightings import (
     BeamFrame,
     Sighting,
-    frame_of,
     is_passed,
+    place_beams,
     share_passed,
     sight_bodies,
 )
@@ -143,7 +143,7 @@ def follow(
     gone. ground_m: returns at or below this height of the world frame are ground.
     """
     settings = following.settings
-    frame = frame_of(lidar, scan, state, sigmas)
+    frame = place_beams(lidar, scan, state, sigmas)
     sightings = sight_bodies(
         frame,
         lidar,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.sensors.sightings import Sighting
+from clearway.sensors.passing.sightings import Sighting
 from clearway.traffic import Intruder
 
 WIDEST_SPREAD_RAD = np.pi / 6

@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Cause
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import CALM, Situation, margin_slope
-from clearway.avoidance.verify import KEPT, path_clearance, sloping
-from clearway.avoidance.way_out import WayOut
-from clearway.avoidance.ways_out import WaysOut
+from clearway.avoidance.clear.hazards import Cause
+from clearway.avoidance.clear.verify import KEPT, path_clearance, sloping
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import CALM, Situation, margin_slope
 from clearway.base.frames import FloatArray
 from clearway.live.guard.held import Held
-from clearway.live.guard.leg import SAMPLES, Leg, LegPart
-from clearway.reach.escapes import EscapeLibrary
+from clearway.live.guard.leg import PART_SAMPLES, Leg, LegPart
+from clearway.reach.escapes.library import EscapeLibrary
 
 FLOOR_M = 1e-6
 """By rounding."""
@@ -57,7 +57,7 @@ def check_leg(
     slope = margin_slope(planner.settings, situation)
     paths = sloping(leg.paths(situation.frame), slope)
     reach_m = leg.length_m + planner.escape_reach_m
-    near = in_reach(planner, situation, reach_m, planner.horizon_s)
+    near = gather_in_reach(planner, situation, reach_m, planner.horizon_s)
     margin = near.margin_m
     found = path_clearance(paths, len(leg.parts) - 1, near.hazards)
     if not found.distance_m >= KEPT * margin:
@@ -83,7 +83,7 @@ def check_leg(
 def is_endangered(held: Held, planner: Planner, around: Situation, now_s: float) -> bool:
     """Whether anything is nearer than the margin to what is flown next of what is in hand."""
     until_s = max(held.renew_s, now_s + planner.automaton.movements[0].duration_s)
-    times = now_s + (until_s - now_s) * np.arange(1, SAMPLES + 1) / SAMPLES
+    times = now_s + (until_s - now_s) * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     states = [held.at(float(time_s)) for time_s in times]
     part = LegPart(
         until_s - now_s,
@@ -94,7 +94,7 @@ def is_endangered(held: Held, planner: Planner, around: Situation, now_s: float)
     )
     leg = Leg(around.state, states[0][1], (part,))
     paths = sloping(leg.paths(around.frame), margin_slope(planner.settings, around))
-    near = in_reach(planner, around, leg.length_m, planner.horizon_s)
+    near = gather_in_reach(planner, around, leg.length_m, planner.horizon_s)
     return path_clearance(paths, 0, near.hazards).distance_m < KEPT * near.margin_m
 
 

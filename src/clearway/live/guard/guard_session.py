@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.live.guard.guarded import Guarded
 from clearway.live.guard.guardian import Guardian
 from clearway.live.guard.wish import VelocityWish, Wish
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome

@@ -16,35 +16,33 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.candidates import Commitment
-from clearway.avoidance.chosen import Basis
+from clearway.avoidance.choose.candidates import Commitment
+from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.choose.passing import Passing
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.passing import Passing
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import one_line
-from clearway.base.checks import above_zero_problem, found
+from clearway.base.checks import above_zero_problem, collect_problems
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.explain import explanation
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
-from clearway.live.guard.guarded import Guarded
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
+from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
 from clearway.live.mission import Mission, Mode
-from clearway.live.preflight import escape_plan
-from clearway.live.readings import DataLimits, Reading
+from clearway.live.outputs.explain import explanation
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
-from clearway.sensors.detection import Rule
-from clearway.traffic import TrackerSettings
 
 LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
@@ -55,9 +53,9 @@ NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 class Guardian:
     """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
 
-    start: where it takes over. lidars, obstacle_map, limits, tracker, address, follow_movers,
-    detection_rule, ground_m: as of `AvoidanceSystem`. hold_s: for how long a wish counts; after
-    that a vehicle that can stop brakes, and then the way out is flown, until the next call.
+    start: where it takes over. lidars, obstacle_map: as of `AvoidanceSystem`. hold_s: for how long
+    a wish counts; after that a vehicle that can stop brakes, and then the way out is flown, until
+    the next call.
     acceleration_mps2: at which a vehicle that can stop changes its velocity; a finite one adds the
     room to brake. Raises
     ClearwayError for a planner that asks for no ways out, or a vehicle that has none.
@@ -84,16 +82,10 @@ class Guardian:
         *,
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
-        limits: DataLimits | None = None,
-        tracker: TrackerSettings | None = None,
-        address: str = "",
-        follow_movers: bool = False,
-        detection_rule: Rule = "ratio",
-        ground_m: float = -math.inf,
         hold_s: float = 0.5,
         acceleration_mps2: float = math.inf,
     ) -> None:
-        problems = found([above_zero_problem("hold_s", hold_s)])
+        problems = collect_problems([above_zero_problem("hold_s", hold_s)])
         if not acceleration_mps2 > 0.0:
             problems.append("acceleration_mps2: must be above 0")
         if problems:
@@ -113,22 +105,7 @@ class Guardian:
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
         self._mission = Mission("guarded", start, waypoints_m=ahead[None])
         self._lidars = tuple(lidars)
-        self._arguments: dict[str, Any] = {
-            "tracker": tracker,
-            "address": address,
-            "follow_movers": follow_movers,
-            "detection_rule": detection_rule,
-            "ground_m": ground_m,
-        }
-        self._limits = limits or DataLimits()
-        self._known = Knowledge(
-            self.planner,
-            self._mission,
-            lidars,
-            obstacle_map,
-            self._limits,
-            **self._arguments,
-        )
+        self._known = Knowledge(self.planner, self._mission, lidars, obstacle_map)
         self.held: Held | None = None
         """What is flown if nobody asks any more."""
         self._why = ""

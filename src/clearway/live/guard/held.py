@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.way_out import WayOut
+from clearway.avoidance.plan.held_escape import WayOut
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.state import State
 from clearway.live.guard.leg import Leg
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.plan import MOST_ROUNDS
-from clearway.live.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 

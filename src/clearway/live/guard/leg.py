@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.avoidance.verify import Paths
+from clearway.avoidance.clear.verify import Paths
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.guard.wish import PathWish, Wish
 from clearway.vehicle.automaton import MovementAutomaton
 
-SAMPLES = 8
+PART_SAMPLES = 8
 """Places along each part that are looked at."""
 LEVEL_M = 1e-9
 """Heights that differ by no more are the same."""
@@ -101,7 +101,7 @@ class Leg:
         ]  # fmt: skip
         begins_s = 0.0
         for part in self.parts:
-            shares = np.arange(1, SAMPLES + 1) / SAMPLES
+            shares = np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
             times += (begins_s + shares * (part.end_s - begins_s)).tolist()
             rows += list(np.hstack([part.places_m, part.attitude_rad, part.velocity_mps]))
             begins_s = part.end_s
@@ -163,11 +163,11 @@ def _changing(
     yaw_rate_rps: float,
 ) -> LegPart:
     """From one velocity to another, and then straight on."""
-    times = lasts_s * np.arange(1, SAMPLES + 1) / SAMPLES
+    times = lasts_s * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     change = wished_mps - own_mps
     changes_s = float(np.linalg.norm(change)) / acceleration_mps2
     changing = np.minimum(times, changes_s)
-    velocity = np.tile(wished_mps, (SAMPLES, 1))
+    velocity = np.tile(wished_mps, (PART_SAMPLES, 1))
     ways = times[:, None] * wished_mps
     sagitta = 0.0
     if changes_s > 0.0:
@@ -175,8 +175,8 @@ def _changing(
         velocity = own_mps + share[:, None] * change
         lag = changing - 0.5 * changing * share
         ways = ways - lag[:, None] * change
-        sagitta = acceleration_mps2 * (lasts_s / SAMPLES) ** 2 / 8.0
-    attitude = np.tile(state.attitude_rad, (SAMPLES, 1))
+        sagitta = acceleration_mps2 * (lasts_s / PART_SAMPLES) ** 2 / 8.0
+    attitude = np.tile(state.attitude_rad, (PART_SAMPLES, 1))
     attitude[:, 2] += yaw_rate_rps * times
     return LegPart(begins_s + lasts_s, state.position_m + ways, velocity, attitude, sagitta)
 
@@ -185,14 +185,14 @@ def _along(way_m: FloatArray, state: State, speed_mps: float, lasts_s: float) ->
     """Along corners [k, 3] at a speed; stopped at the last."""
     lengths = np.linalg.norm(np.diff(way_m, axis=0), axis=1)
     gone = np.concatenate([[0.0], np.cumsum(lengths)])
-    times = lasts_s * np.arange(1, SAMPLES + 1) / SAMPLES
+    times = lasts_s * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     reached = np.minimum(speed_mps * times, gone[-1])
     places = np.stack([np.interp(reached, gone, way_m[:, axis]) for axis in range(3)], axis=1)
     steps = np.diff(np.concatenate([state.position_m[None], places]), axis=0)
-    velocity = steps * (SAMPLES / lasts_s)
+    velocity = steps * (PART_SAMPLES / lasts_s)
     # A corner, or the end, between two places is cut by no more than half the way between them.
-    sagitta = 0.5 * speed_mps * lasts_s / SAMPLES if len(way_m) > 2 else 0.0
-    attitude = np.tile(state.attitude_rad, (SAMPLES, 1))
+    sagitta = 0.5 * speed_mps * lasts_s / PART_SAMPLES if len(way_m) > 2 else 0.0
+    attitude = np.tile(state.attitude_rad, (PART_SAMPLES, 1))
     return LegPart(lasts_s, places, velocity, attitude, sagitta)
 
 
@@ -263,11 +263,11 @@ def _held(
 ) -> LegPart:
     """Constant rates of pitch and yaw [2]."""
     inputs = np.array([speed, 0.0, rates[0], rates[1]])
-    times = lasts_s * np.arange(1, SAMPLES + 1) / SAMPLES
+    times = lasts_s * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     states = np.array([automaton.vehicle.advance(state.vector, inputs, t) for t in times])
     ahead = _nose(states[:, 4], states[:, 5])
     turned = float(np.hypot(*rates)) * lasts_s
-    sagitta = speed * lasts_s * turned / (8.0 * SAMPLES**2)
+    sagitta = speed * lasts_s * turned / (8.0 * PART_SAMPLES**2)
     return LegPart(begins_s + lasts_s, states[:, :3], speed * ahead, states[:, 3:], sagitta)
 
 

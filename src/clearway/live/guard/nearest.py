@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.avoidance.costs import Prices
-from clearway.avoidance.goal import Arrival, Goal
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.goal import Arrival, Goal
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
 from clearway.reach.tree import LAST_LAYER, ReachSet

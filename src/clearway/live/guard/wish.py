@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.checks import above_zero_problem, array_problem, found, vector_problem
+from clearway.base.checks import above_zero_problem, array_problem, collect_problems, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 
@@ -34,7 +34,7 @@ class VelocityWish:
     def __post_init__(self) -> None:
         velocity = np.array(self.velocity_mps, dtype=np.float64)
         object.__setattr__(self, "velocity_mps", velocity)
-        problems = found([vector_problem("velocity_mps", velocity, 3)])
+        problems = collect_problems([vector_problem("velocity_mps", velocity, 3)])
         if not abs(self.yaw_rate_rps) <= MOST_RPS:
             problems.append(f"yaw_rate_rps: must be a number within {MOST_RPS:g}")
         if problems:
@@ -73,7 +73,7 @@ class PathWish:
     def __post_init__(self) -> None:
         places = np.array(self.places_m, dtype=np.float64)
         object.__setattr__(self, "places_m", places)
-        problems = found(
+        problems = collect_problems(
             [
                 array_problem("places_m", places, (None, 3)),
                 above_zero_problem("speed_mps", self.speed_mps),

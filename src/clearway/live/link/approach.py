@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.hazards import Cause
-from clearway.live.flight_decision import FlightDecision
+from clearway.avoidance.clear.hazards import Cause
 from clearway.live.link.own_motion import OwnMotion
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.traffic import Intruder
 
 WORRY = 3.0
@@ -43,7 +43,7 @@ class PredictedApproach:
         }
 
 
-def approaches(
+def predict_approaches(
     flight: FlightDecision, own: OwnMotion, intruders: Iterable[Intruder]
 ) -> list[PredictedApproach]:
     """Aircraft that come within WORRY margins, or that the decision avoids; nearest first."""

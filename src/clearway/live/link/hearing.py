@@ -12,9 +12,10 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.inputs.readings import Reading
 from clearway.live.link.aircraft import AircraftHeard, AircraftReport, TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.following import SetPointsFollowed
@@ -25,7 +26,6 @@ from clearway.live.link.placed_scans import PlacedScans, ScanMaker
 from clearway.live.link.set_point import SetPoint
 from clearway.live.link.status import VehicleStatus
 from clearway.live.link.vehicle_clock import Tick, VehicleClock
-from clearway.live.readings import Reading
 from clearway.sensors import Lidar
 from clearway.traffic import Intruder
 

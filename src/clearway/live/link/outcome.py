@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from clearway.live.flight_decision import FlightDecision
-from clearway.live.guard.guarded import Guarded
 from clearway.live.link.approach import PredictedApproach
+from clearway.live.link.guarded import Guarded
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.set_point import SetPoint
+from clearway.live.outputs.flight_decision import FlightDecision
 
 
 @dataclass(frozen=True, slots=True, eq=False)

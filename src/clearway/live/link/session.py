@@ -13,16 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.base.checks import points_of
+from clearway.base.checks import check_points
 from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
-from clearway.live.flight_decision import FlightDecision
-from clearway.live.link.approach import PredictedApproach, approaches
+from clearway.live.link.approach import PredictedApproach, predict_approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
 from clearway.live.link.set_point import SetPoint
+from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.system import AvoidanceSystem
 from clearway.sensors import Lidar
 
@@ -64,7 +64,7 @@ class Session(Hearing):
 
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
         """A goal [3], or several [n, 3], in place of the mission; why it is refused, or None."""
-        goals = points_of("goal", place_m)
+        goals = check_points("goal", place_m)
         radius = self.system.mission.reach_radius_m
         if self._own is None:
             return "the own place is not known"
@@ -107,7 +107,7 @@ class Session(Hearing):
             self.system.keep_up(now)
         close: list[PredictedApproach] = []
         if flight is not None and self.motion is not None:
-            close = approaches(flight, self.motion, self._intruders.values())
+            close = predict_approaches(flight, self.motion, self._intruders.values())
         why_state = self._why_state(self.refusal)
         set_point = self._sent(now, self._leading(now))
         return TickOutcome(

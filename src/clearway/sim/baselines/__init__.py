@@ -1,7 +1,7 @@
 """The planners that clearway is compared with, by name; all fly by `BaselinePilot`."""
 
 from clearway.sim.baselines.knowledge import NOT_APPLICABLE, REPORTED_TRAFFIC, Danger, Source
-from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.pilot import BaselineDecision, BaselinePilot
 from clearway.sim.baselines.registry import PLANNERS, known_planner, pilot_named
 from clearway.sim.pilot import CLEARWAY
@@ -17,7 +17,7 @@ __all__ = [
     "Danger",
     "MakeRule",
     "Manoeuvre",
-    "Rule",
+    "ManoeuvreRule",
     "Source",
     "known_planner",
     "pilot_named",

@@ -12,21 +12,21 @@ from itertools import product
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.reach_rating import untouched
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.rate.reach_rating import untouched
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.live.mission import Mode
-from clearway.reach.buffers import ByteArray
-from clearway.reach.lattice import movements_deep
-from clearway.reach.replay import completed
-from clearway.reach.select import tree_of
+from clearway.reach.choose.select import tree_of
+from clearway.reach.expand.buffers import ByteArray
+from clearway.reach.expand.lattice import movements_deep
+from clearway.reach.expand.replay import completed
 from clearway.reach.sets import lattice_for
 from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_detections
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import Routes, routes
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
@@ -37,7 +37,7 @@ HELD = (1, 1, 1, 2, 2, 3)
 ten movements makes 12 million nodes, which no vehicle rates in flight."""
 
 
-def full(craft: Craft) -> Rule:
+def full(craft: Craft) -> ManoeuvreRule:
     """The paper's predecessor: cells with hits are closed, all else is free; full reach set.
 
     Every sequence of the movements about one axis, chosen anew six times on the way.
@@ -61,7 +61,7 @@ def full(craft: Craft) -> Rule:
     return rule
 
 
-def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
+def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
     """Likewise, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
@@ -71,7 +71,7 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> Rule:
     return rule
 
 
-def first_hit(craft: Craft) -> Rule:
+def first_hit(craft: Craft) -> ManoeuvreRule:
     """Likewise, closed from the first hit on: the most careful that a threshold can be."""
     return reduced(craft, closing_hits=1)
 

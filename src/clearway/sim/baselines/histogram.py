@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
+from clearway.avoidance.clear.hazards import PointHazards
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical

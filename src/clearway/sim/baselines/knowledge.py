@@ -40,10 +40,10 @@ def hidden_from(knows: Collection[Source], dangers: Iterable[Danger]) -> str:
     Dangers that nobody tells of are hidden from every planner, and count for all alike.
     """
     unheard = {source for told_by in dangers if told_by.isdisjoint(knows) for source in told_by}
-    return in_words(unheard)
+    return join_sources(unheard)
 
 
-def in_words(sources: Collection[Source]) -> str:
+def join_sources(sources: Collection[Source]) -> str:
     """Sources in a fixed order: a, b and c."""
     *first, last = [WORDS[source] for source in Source if source in sources] or [""]
     return f"{', '.join(first)} and {last}" if first else last

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.evidence import in_reach
-from clearway.avoidance.hazards import Hazards, MovingHazards, PointHazards
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointHazards
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
 
 MAP_SPACING_RAD = np.radians(5.0)
@@ -32,7 +32,7 @@ class MovingBalls(NamedTuple):
 
 def hazards_around(planner: Planner, situation: Situation) -> Hazards:
     """Remembered points, map shapes and intruders in the grid frame, as clearway verifies them."""
-    return in_reach(planner, situation).hazards
+    return gather_in_reach(planner, situation).hazards
 
 
 def balls_around(planner: Planner, situation: Situation) -> PointHazards:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import brief
 from clearway.live.mission import Mode
 
@@ -37,6 +37,6 @@ class Craft:
     __repr__ = brief
 
 
-Rule = Callable[[Situation, Manoeuvre | None], Manoeuvre]
+ManoeuvreRule = Callable[[Situation, Manoeuvre | None], Manoeuvre]
 """(what is known, the manoeuvre before) -> the next one."""
-MakeRule = Callable[[Craft], Rule]
+MakeRule = Callable[[Craft], ManoeuvreRule]

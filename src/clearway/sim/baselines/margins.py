@@ -9,31 +9,31 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.situation import Situation
-from clearway.avoidance.verify import clearances
+from clearway.avoidance.clear.verify import clearances
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
 from clearway.live.mission import Mode
 from clearway.sim.baselines.known import hazards_around
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 
 NEAR_SHARE = 0.999
 """Of the distance that the vehicle has now, where that is less than the margin."""
 
 
-def turn_back(craft: Craft) -> Rule:
+def turn_back(craft: Craft) -> ManoeuvreRule:
     """The conservative margin (6.14), read as 4.6 m; turns back where nothing keeps it."""
     return _keep_away(
         craft.planner, 2.0 * craft.conservative_turning_radius_m + 2.0 * craft.body_radius_m
     )
 
 
-def adaptive(craft: Craft) -> Rule:
+def adaptive(craft: Craft) -> ManoeuvreRule:
     """The adaptive margin (6.15): six vehicle radii."""
     return _keep_away(craft.planner, 6.0 * craft.body_radius_m)
 
 
-def _keep_away(planner: Planner, margin_m: float) -> Rule:
+def _keep_away(planner: Planner, margin_m: float) -> ManoeuvreRule:
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
         ways = routes(planner, situation)

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.known import MovingBalls, moving_balls_around
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 
 HEAD_ON = 1e-3
@@ -40,7 +40,7 @@ class VoltageTuning:
     """Look-ahead in times that straight flight takes to the end of the grid."""
 
 
-def modified_voltage_potential(craft: Craft, tuning: VoltageTuning | None = None) -> Rule:
+def modified_voltage_potential(craft: Craft, tuning: VoltageTuning | None = None) -> ManoeuvreRule:
     """Modified voltage potential: the wished velocity, changed by the sum of all resolutions."""
     planner, tuning = craft.planner, tuning or VoltageTuning()
     spare_m = tuning.zone * planner.settings.safety_margin_m

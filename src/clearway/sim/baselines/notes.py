@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.sim.baselines.knowledge import NOT_APPLICABLE
 from clearway.sim.baselines.registry import PLANNERS
 
@@ -35,7 +35,7 @@ def not_known(hidden: Iterable[tuple[str, str]]) -> list[str]:
     groups: dict[str, list[str]] = {}
     for name, what in dict.fromkeys(hidden):
         if what:
-            groups.setdefault(what, []).append(shown(name))
+            groups.setdefault(what, []).append(shorten_own_name(name))
     return [
         f"{NOT_APPLICABLE}: {', '.join(names)} cannot know {what}" for what, names in groups.items()
     ]

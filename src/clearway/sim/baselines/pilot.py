@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from clearway.avoidance.planner import Planner
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.brief import brief
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, Reading
+from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.mission import Mission, Mode
-from clearway.live.readings import TIME_TOLERANCE_S
-from clearway.sim.baselines.manoeuvre import Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Manoeuvre, ManoeuvreRule
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
 
@@ -38,7 +38,7 @@ class BaselinePilot:
     for clearway itself, so that planners differ in their rule only. It is not asked to decide.
     """
 
-    def __init__(self, knowledge: AvoidanceSystem, rule: Rule) -> None:
+    def __init__(self, knowledge: AvoidanceSystem, rule: ManoeuvreRule) -> None:
         self._knowledge = knowledge
         self._rule = rule
         self._last: Manoeuvre | None = None

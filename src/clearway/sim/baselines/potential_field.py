@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.known import balls_around
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 
 SECTOR_RAD = np.radians(20.0)
@@ -38,7 +38,7 @@ class FieldTuning:
     """How much counts what lies behind, of what the same would count ahead."""
 
 
-def potential_field(craft: Craft, tuning: FieldTuning | None = None) -> Rule:
+def potential_field(craft: Craft, tuning: FieldTuning | None = None) -> ManoeuvreRule:
     """Repelled by what is near; tuned by `tools/tune_baselines.py` on worlds of no campaign."""
     planner, tuning = craft.planner, tuning or FieldTuning()
     radius = planner.automaton.turning_radius_m

@@ -9,14 +9,14 @@ from inspect import getdoc
 from pathlib import Path
 from typing import Any
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import OwnCodeError
-from clearway.base.own_code import callable_own, guarded
+from clearway.base.own_code import callable_own, guard_call
 from clearway.base.variants import Variants
 from clearway.live import AvoidanceSystem
 from clearway.sim.baselines.deterministic import first_hit, full, reduced
 from clearway.sim.baselines.knowledge import EVERYTHING, NOTHING, Danger, Source, hidden_from
-from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.margins import adaptive, turn_back
 from clearway.sim.baselines.mvp import modified_voltage_potential
 from clearway.sim.baselines.pilot import BaselinePilot
@@ -77,7 +77,7 @@ def _own(label: str, found: Any) -> KnownPlanner:
 
     It may say what its rules know: `make.knows = ("sensors",)`.
     """
-    make = guarded(label, callable_own(label, found, ("craft",)))
+    make = guard_call(label, callable_own(label, found, ("craft",)))
 
     def pilot(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
         return BaselinePilot(system, _checked(label, make(craft), craft))
@@ -95,10 +95,10 @@ def _declared(label: str, knows: Any) -> frozenset[Source]:
     return frozenset(Source(name) for name in named)
 
 
-def _checked(label: str, found: Any, craft: Craft) -> Rule:
+def _checked(label: str, found: Any, craft: Craft) -> ManoeuvreRule:
     """A user's rule; what is no manoeuvre of the vehicle is refused in flight."""
     said = f"{label}(craft)"
-    asked = guarded(said, callable_own(said, found, ("situation", "before")))
+    asked = guard_call(said, callable_own(said, found, ("situation", "before")))
     names = craft.planner.automaton.names
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.candidates import Commitment, price_candidates
-from clearway.avoidance.evidence import NOBODY_NEAR, InReach
-from clearway.avoidance.fusion import Evidence, assess_cells
-from clearway.avoidance.goal import Goal
-from clearway.avoidance.hazards import Hazards
-from clearway.avoidance.planner import Planner
-from clearway.avoidance.prepared import PreparedReachSet
-from clearway.avoidance.rated import Rated
-from clearway.avoidance.reach_rating import rate_reach_set
-from clearway.avoidance.situation import Situation, goal_of, margin_m
+from clearway.avoidance.choose.candidates import Commitment, price_candidates
+from clearway.avoidance.clear.hazards import Hazards
+from clearway.avoidance.plan.evidence import NOBODY_NEAR, InReach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.rated import Rated
+from clearway.avoidance.plan.situation import Situation, goal_of, margin_m
+from clearway.avoidance.rate.fusion import Evidence, assess_cells
+from clearway.avoidance.rate.goal import Goal
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.live.mission import Mode

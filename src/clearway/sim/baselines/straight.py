@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from clearway.avoidance.situation import Situation
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.avoidance.plan.situation import Situation
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 
 
-def straight(craft: Craft) -> Rule:
+def straight(craft: Craft) -> ManoeuvreRule:
     """The cheapest way by clearway's own costs, whatever stands in it."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, cartesian_from_spherical, world_from_body
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.known import MovingBalls, moving_balls_around
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -34,7 +34,7 @@ class VelocityTuning:
     """Look-ahead in times that straight flight takes to the end of the grid."""
 
 
-def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> Rule:
+def velocity_obstacle(craft: Craft, tuning: VelocityTuning | None = None) -> ManoeuvreRule:
     """Velocity obstacles in three dimensions: the admissible velocity nearest to the wished one."""
     planner, tuning = craft.planner, tuning or VelocityTuning()
     speed = planner.speed_mps

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.hazards import PointHazards
-from clearway.avoidance.situation import Situation
+from clearway.avoidance.clear.hazards import PointHazards
+from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.live.mission import Mode
 from clearway.sim.baselines.headings import carrot, movement_towards
 from clearway.sim.baselines.histogram import Histogram, bin_directions, histogram_at
 from clearway.sim.baselines.known import balls_around
-from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, Rule
+from clearway.sim.baselines.manoeuvre import Craft, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.routes import routes
 
 FREE_SHARE = 0.95
@@ -51,7 +51,7 @@ class HistogramTuning:
     """Weight of the angle to the direction before."""
 
 
-def vector_field_histogram(craft: Craft, tuning: HistogramTuning | None = None) -> Rule:
+def vector_field_histogram(craft: Craft, tuning: HistogramTuning | None = None) -> ManoeuvreRule:
     """Three-dimensional vector field histogram with look-ahead."""
     planner, tuning = craft.planner, tuning or HistogramTuning()
     limit, range_m = planner.automaton.pitch_limit_rad, planner.grid.range_m

@@ -18,7 +18,12 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.sim.plants.quadrotor import GRAVITY_MPS2, Airframe, rotation_of, stepped
+from clearway.sim.plants.quadrotor import (
+    GRAVITY_MPS2,
+    Airframe,
+    rotate_by_quaternion,
+    step_quadrotor,
+)
 
 
 class Gains(NamedTuple):
@@ -162,7 +167,7 @@ def fly_held(
         velocity = x[3:6] + noise[:3]
         led, ahead = led_on(led, velocity, held[0], held[1], held[2], step_s, gains)
         wanted = wanted_acceleration(velocity, led, held[2], ahead, gains)
-        r = rotation_of(x[6:10])
+        r = rotate_by_quaternion(x[6:10])
         tilt = noise[3:6]
         seen = r.copy()
         for j in range(3):
@@ -179,5 +184,5 @@ def fly_held(
             frame,
             gains,
         )
-        x, rotors = stepped(x, rotors, asked, air, sides, frame, step_s)
+        x, rotors = step_quadrotor(x, rotors, asked, air, sides, frame, step_s)
     return x, rotors, led

@@ -84,7 +84,7 @@ class MeasuredPlant:
     """The same by the movements' closed form."""
 
 
-def measure(
+def measure_plant(
     kind: PlantKind,
     automaton: MovementAutomaton,
     settings: MeasureSettings | None = None,
@@ -108,7 +108,7 @@ def measure(
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
     table = table_of(asked, [one for flight in made for one in flight], steady)
-    tube_m = tube_of(_left_out(asked, flights, steady), max(table.spread_m.values(), default=0.0))
+    tube_m = fit_tube(_left_out(asked, flights, steady), max(table.spread_m.values(), default=0.0))
     measured = replace(asked, table=replace(table, tube_m=tube_m))
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
@@ -251,7 +251,7 @@ def _left_out(
     return tuple(np.concatenate(each) for each in errors)
 
 
-def tube_of(errors: Sequence[FloatArray], worst_m: float) -> tuple[float, ...]:
+def fit_tube(errors: Sequence[FloatArray], worst_m: float) -> tuple[float, ...]:
     """Radii that hold nearly all errors, and the next one as likely; they never shrink.
 
     worst_m: deviation of the end of the pair that strays most. Where its own ends would leave the

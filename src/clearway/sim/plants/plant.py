@@ -16,7 +16,7 @@ import numpy as np
 
 from clearway.base.errors import OwnCodeError
 from clearway.base.frames import FloatArray
-from clearway.base.own_code import guarded
+from clearway.base.own_code import guard_call
 from clearway.sim.plants.air import Air
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
@@ -101,10 +101,10 @@ def own_plant(label: str, found: Any) -> PlantKind:
         return found
     about = (inspect.getdoc(found) or label).partition("\n")[0]
     if callable(found) and _takes(found, 3):
-        make = guarded(label, found)
+        make = guard_call(label, found)
         return PlantKind(about, make, getattr(found, "movements", None))
     if callable(found) and _takes(found, 4):
-        moves = guarded(label, found)
+        moves = guard_call(label, found)
 
         def of_function(state: FloatArray, _speed_mps: float, air: Air) -> Plant:
             return FunctionPlant(moves, np.array(state, dtype=np.float64), air)

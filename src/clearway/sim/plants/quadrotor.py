@@ -50,12 +50,12 @@ class Airframe(NamedTuple):
         return float(np.sqrt(self.mass_kg * GRAVITY_MPS2 / (4.0 * self.k_eta)))
 
 
-SIDES = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0]])
+ROTOR_SIDES = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0]])
 """[4, 3] per rotor: ahead, to the left, and how its torque turns the body; a diagonal each."""
 
 
 @compiled
-def rotation_of(q: Floats) -> Floats2:
+def rotate_by_quaternion(q: Floats) -> Floats2:
     """[3, 3] world from body, of a unit quaternion w, x, y, z."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     r = np.empty((3, 3))
@@ -74,7 +74,7 @@ def rotation_of(q: Floats) -> Floats2:
 @compiled
 def derivative(x: Floats, rotors: Floats, air: Floats, sides: Floats2, frame: Airframe) -> Floats:
     """[13] of place, velocity (world), quaternion, rates (body), for rotor speeds [4]."""
-    r = rotation_of(x[6:10])
+    r = rotate_by_quaternion(x[6:10])
     rates = x[10:13]
     u = np.zeros(3)
     for i in range(3):
@@ -120,7 +120,7 @@ def derivative(x: Floats, rotors: Floats, air: Floats, sides: Floats2, frame: Ai
 
 
 @compiled
-def stepped(
+def step_quadrotor(
     x: Floats,
     rotors: Floats,
     asked_rps: Floats,

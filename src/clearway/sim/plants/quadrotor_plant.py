@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.sim.plants.air import Air
 from clearway.sim.plants.cascade import Gains, Led, fly_held
-from clearway.sim.plants.quadrotor import SIDES, Airframe, rotation_of
+from clearway.sim.plants.quadrotor import ROTOR_SIDES, Airframe, rotate_by_quaternion
 from clearway.vehicle.automaton import Movement
 
 STEPS_PER_S = 500
@@ -79,7 +79,7 @@ class QuadrotorPlant:
             self._held,
             air,
             noise,
-            SIDES,
+            ROTOR_SIDES,
             self.frame,
             self.gains,
             steps,
@@ -88,7 +88,7 @@ class QuadrotorPlant:
 
     @property
     def state(self) -> FloatArray:
-        r = rotation_of(self._x[6:10])
+        r = rotate_by_quaternion(self._x[6:10])
         yaw = float(np.arctan2(r[1, 0], r[0, 0]))
         self._yaw += (yaw - self._yaw + np.pi) % (2.0 * np.pi) - np.pi
         pitch = float(-np.arcsin(np.clip(r[2, 0], -1.0, 1.0)))

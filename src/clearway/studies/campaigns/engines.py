@@ -17,12 +17,12 @@ ANSWERS_WITHIN_S = 10.0
 AGAIN = "flights so far are kept: the same command goes on"
 
 
-def in_processes(workers: int) -> Engine:
+def make_process_engine(workers: int) -> Engine:
     """Side by side in processes of this machine; with one worker in this very process."""
 
     def engine(tasks: Sequence[Task]) -> Iterator[FlightRow]:
         try:
-            yield from processes.in_processes(fly_task, tasks, workers)
+            yield from processes.run_in_processes(fly_task, tasks, workers)
         except BrokenProcessPool as cause:
             raise ClearwayError(f"a worker process has died; {AGAIN}") from cause
 

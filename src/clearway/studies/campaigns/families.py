@@ -147,7 +147,7 @@ def _about(function: Callable[..., Any]) -> str:
     return (function.__doc__ or "").strip().splitlines()[0]
 
 
-FAMILIES: Mapping[str, Family] = MappingProxyType(
+CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
         **{
             name: Family(_about(made.make), made.parameters, _made(made))
@@ -184,7 +184,7 @@ def make_case(
     Raises AbsentDataError where data are not there, InputError for parameters and changes that
     cannot be.
     """
-    known = FAMILIES[family]
+    known = CAMPAIGN_FAMILIES[family]
     section = parse_model(f"{family}: parameters", parameters, known.parameters)
     case = CaseOf(seed, section, folder)
     file = _changed(known.make(case), changes, folder)

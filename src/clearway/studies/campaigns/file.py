@@ -15,11 +15,11 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from clearway.base.errors import InputError
 from clearway.base.suggest import did_you_mean
-from clearway.io.choices import folder_of
+from clearway.io.choices import find_read_folder
 from clearway.io.toml import Section, parse_model, read_toml
 from clearway.missions.mission_file import MissionFile
 from clearway.sim.baselines import PLANNERS, known_planner
-from clearway.studies.campaigns.families import FAMILIES
+from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Tables = dict[str, Any]
@@ -39,7 +39,7 @@ class VariantSection(Section):
 
     @model_validator(mode="after")
     def _is_known(self, info: ValidationInfo) -> Self:
-        known_planner(self.planner, folder_of(info))
+        known_planner(self.planner, find_read_folder(info))
         _check_tables(self.changes)
         return self
 
@@ -77,9 +77,11 @@ class FamilySection(Section):
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
-        if self.family not in FAMILIES:
-            near = did_you_mean(self.family, FAMILIES)
-            raise ValueError(f"family {self.family!r}{near}: there are {', '.join(FAMILIES)}")
+        if self.family not in CAMPAIGN_FAMILIES:
+            near = did_you_mean(self.family, CAMPAIGN_FAMILIES)
+            raise ValueError(
+                f"family {self.family!r}{near}: there are {', '.join(CAMPAIGN_FAMILIES)}"
+            )
         parse_model(f"family {self.name}: parameters", self.parameters, self.known.parameters)
         _check_tables(self.changes)
         return self
@@ -87,7 +89,7 @@ class FamilySection(Section):
     @property
     def known(self) -> Any:
         """Its entry in the registry."""
-        return FAMILIES[self.family]
+        return CAMPAIGN_FAMILIES[self.family]
 
 
 class CampaignFile(Section):
@@ -109,7 +111,7 @@ class CampaignFile(Section):
 
     @model_validator(mode="after")
     def _is_possible(self, info: ValidationInfo) -> Self:
-        self._check_planners(folder_of(info))
+        self._check_planners(find_read_folder(info))
         _check_tables(self.changes)
         names = [section.name for section in self.family]
         twice = sorted({name for name in names if names.count(name) > 1})

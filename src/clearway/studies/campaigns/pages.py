@@ -13,12 +13,12 @@ from clearway.base.intervals import Interval
 from clearway.io.staging import staged_file
 from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
 from clearway.sim.baselines.notes import not_known, shared
-from clearway.studies.campaigns.families import FAMILIES
+from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
     Rate,
-    in_words,
+    describe_flight,
     seconds,
     standings,
 )
@@ -72,12 +72,12 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
         there = [cells.get((label, planner)) for planner in planners]
         flights = max(each.safe.flights for each in there if each is not None)
         lines.append((label, str(flights), *(_short(each, flights) for each in there)))
-    said = beside(rows)
+    said = explain_planners(rows)
     notes = f"\n{_listed(said)}" if said else ""
     return f"{_markdown(lines)}{notes}{_below(rows, settings, skipped)}"
 
 
-def beside(rows: Sequence[FlightRow]) -> list[str]:
+def explain_planners(rows: Sequence[FlightRow]) -> list[str]:
     """What tables of a campaign say of their planners: why some have n/a, what they share with
     clearway, and with what settings variants flew."""
     hidden = not_known((row.planner, row.hidden) for row in rows)
@@ -121,15 +121,15 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
     parts = []
     for label in dict.fromkeys(standing.label for standing in table):
         own = [standing for standing in table if standing.label == label]
-        parts.append(f"### {label}\n\n{FAMILIES[own[0].family].about}\n")
+        parts.append(f"### {label}\n\n{CAMPAIGN_FAMILIES[own[0].family].about}\n")
         parts.append(_markdown([COLUMNS, *(_full(standing) for standing in own)]))
-    said = beside(rows)
+    said = explain_planners(rows)
     if said:
         parts.append(f"### What planners share, and what some cannot know\n\n{_listed(said)}")
     first = rows[0].planner
     parts.append(f"### Where {first} is not first\n\n{_listed(_behind(rows))}")
     lost = [row for row in rows if row.planner == first and not row.safe]
-    told = [f"`{row.replay}`: {in_words(row)}" for row in lost]
+    told = [f"`{row.replay}`: {describe_flight(row)}" for row in lost]
     parts.append(f"### Flights of {first} that failed\n\n{_listed(told)}")
     return "\n".join(parts) + "\n" + _below(rows, settings, skipped).lstrip("\n")
 

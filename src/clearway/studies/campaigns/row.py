@@ -119,7 +119,7 @@ def measures(run: Run[Any], row: type[FlightRow] = FlightRow) -> dict[str, Any]:
     return {f.name: f.metadata["of"](run) for f in fields(row) if "of" in f.metadata}
 
 
-def outcome_of(run: Run[Any]) -> Outcome:
+def judge_flight(run: Run[Any]) -> Outcome:
     """What came of a flight, in a word."""
     if run.crashed_s is not None:
         return "crashed"

@@ -25,7 +25,7 @@ from clearway.missions.sections import GridSection
 from clearway.missions.setup import FlightSetup
 from clearway.studies.encounter_model import EncounterModel, made_up_model, read_encounter_model
 from clearway.studies.risk.cylinder import Cylinder
-from clearway.studies.risk.encounter import STEPS_PER_S, ModelEncounter, draw_encounter
+from clearway.studies.risk.encounter import STEPS_PER_S, ModelEncounter, sample_encounter
 from clearway.studies.risk.flight import VIEW
 from clearway.studies.risk.settings import COLLISION, NEAR_COLLISION, RiskSettings
 from clearway.traffic.recorded.playing import PlayedTrack
@@ -102,4 +102,4 @@ def with_intruder(setup: FlightSetup, seed: int, model: Path | None) -> FlightSe
 
 @lru_cache(maxsize=4)
 def _drawn(seed: int, model: Path | None) -> ModelEncounter:
-    return draw_encounter(model_of(model), seed, SETTINGS)
+    return sample_encounter(model_of(model), seed, SETTINGS)

@@ -138,7 +138,7 @@ def failures(rows: Sequence[FlightRow]) -> list[FlightRow]:
     return [row for row in rows if not row.safe and not row.hidden]
 
 
-def in_words(row: FlightRow) -> str:
+def describe_flight(row: FlightRow) -> str:
     """What happened in a flight, in half a line."""
     match row.outcome:
         case "crashed":

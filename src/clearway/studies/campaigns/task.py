@@ -16,7 +16,7 @@ from clearway.sim.baselines import PLANNERS, known_planner
 from clearway.sim.pilot import Steering
 from clearway.studies.campaigns.families import Case, make_case
 from clearway.studies.campaigns.file import Campaign, FamilySection
-from clearway.studies.campaigns.row import FlightRow, Outcome, measures, outcome_of
+from clearway.studies.campaigns.row import FlightRow, Outcome, judge_flight, measures
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ def fly_task(task: Task) -> FlightRow:
         return _not_flown(task, "refused", str(refusal), watch.read())
     except Exception as problem:
         return _not_flown(task, "failed", f"{type(problem).__name__}: {problem}", watch.read())
-    return row_of(task, run, watch.read())
+    return make_flight_row(task, run, watch.read())
 
 
 class _Watch:
@@ -135,10 +135,10 @@ def _case(family: str, seed: int, parameters: str, changes: str, folder: str) ->
     return make_case(family, seed, json.loads(parameters), json.loads(changes), Path(folder))
 
 
-def row_of(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
+def make_flight_row(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
     """What came of a flight; equal for equal flights, but for how long they took to compute."""
     return FlightRow(
-        **_known(task), outcome=outcome_of(run), why="", **measures(run), **spent._asdict()
+        **_known(task), outcome=judge_flight(run), why="", **measures(run), **spent._asdict()
     )
 
 

@@ -17,7 +17,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 from clearway.studies.encounter_model.network import EncounterModel, Node
-from clearway.studies.encounter_model.seconds import flown_on, stepped, tables_of
+from clearway.studies.encounter_model.seconds import flown_on, step_second, tables_of
 
 MOST_TRIES = 1000
 """Draws of an aircraft before a model counts as impossible."""
@@ -51,7 +51,7 @@ def step_bins(model: EncounterModel, bins: IntArray, rng: np.random.Generator) -
     """[n, variables] bins a second on; configurations that nobody counted keep theirs."""
     tables, after = tables_of(model), np.empty_like(bins)
     shares = rng.random(len(tables.nodes) * len(bins))
-    stepped(tables.nodes, tables.parents, tables.cumulative, bins, shares, after)
+    step_second(tables.nodes, tables.parents, tables.cumulative, bins, shares, after)
     return after
 
 

@@ -70,7 +70,7 @@ def tables_of(model: EncounterModel) -> Tables:
 
 
 @compiled
-def stepped(
+def step_second(
     nodes: Ints2,
     parents: Ints2,
     cumulative: Floats,
@@ -121,7 +121,7 @@ def flown_on(
     """
     count, variables = bins.shape[1], bins.shape[2]
     for second in range(len(shares)):
-        stepped(nodes, parents, cumulative, bins[second], shares[second], bins[second + 1])
+        step_second(nodes, parents, cumulative, bins[second], shares[second], bins[second + 1])
         fresh = len(nodes) * count
         again = fresh + count * variables
         for row in range(count):

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.chord_distance import chord_distance
+from clearway.avoidance.clear.chord_distance import chord_distance
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.lattice import LatticePieces, build_lattice
+from clearway.reach.expand.lattice import LatticePieces, build_lattice
 from clearway.vehicle.automaton import MovementAutomaton
 
 MOST_MOVEMENTS = 12
@@ -68,7 +68,7 @@ class SearchVerdict:
     """States that the search came through."""
 
 
-def search(
+def search_avoidance(
     automaton: MovementAutomaton,
     opponent: Opponent,
     keep_m: float,

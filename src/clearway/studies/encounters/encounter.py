@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import frozen_array
@@ -55,7 +55,7 @@ class EncounterSettings:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        problems = found(
+        problems = collect_problems(
             number_problem(name, getattr(self, name), low, high)
             for name, (low, high) in VALID.items()
         )

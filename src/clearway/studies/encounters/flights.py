@@ -12,12 +12,13 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.intervals import wilson
 from clearway.base.state import State
-from clearway.base.verdict import DemandVerdict, at_least
+from clearway.base.verdict import DemandVerdict, judge_at_least
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -26,9 +27,9 @@ from clearway.sim import Run, SimulationSettings, simulate
 from clearway.sim.baselines import CLEARWAY, PLANNERS, REPORTED_TRAFFIC, Craft, pilot_named
 from clearway.sim.pilot import Steering
 from clearway.sim.scripted import ScriptedIntruder, Traffic, TrafficSettings
-from clearway.studies.encounters.avoidable import Opponent, search
+from clearway.studies.encounters.avoidable import Opponent, search_avoidance
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
-from clearway.studies.processes import in_processes
+from clearway.studies.processes import run_in_processes
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -107,7 +108,7 @@ class EncounterTally:
     @property
     def verdict(self) -> DemandVerdict:
         """Whether it is shown that enough keep their distance."""
-        return at_least(*self.interval, self.required)
+        return judge_at_least(*self.interval, self.required)
 
     @property
     def failures(self) -> tuple[EncounterOutcome, ...]:
@@ -131,13 +132,21 @@ class EncounterTally:
 
 
 @lru_cache(maxsize=2)
-def planner_at(scale: float) -> Planner:
-    """The planner of 6.5, all its lengths and speeds multiplied alike."""
+def planner_at(scale: float, *, tracks: bool = False) -> Planner:
+    """The planner of 6.5, all its lengths and speeds multiplied alike; tracks: by a tracker."""
     library = ReachLibrary.load_or_build(
         MovementAutomaton.plane(speed_mps=SPEED_MPS * scale),
         AvoidanceGrid.uniform(RANGE_M * scale),
     )
-    return Planner.of(library, AvoidanceSettings(safety_margin_m=SAFETY_MARGIN_M * scale))
+    tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
+    return Planner.of(
+        library,
+        AvoidanceSettings(
+            safety_margin_m=SAFETY_MARGIN_M * scale,
+            tracker=tracker if tracks else None,
+            transponder_address="ownship",
+        ),
+    )
 
 
 @lru_cache(maxsize=2)
@@ -156,7 +165,7 @@ def is_avoidable(encounter: Encounter, scale: float = 1.0) -> bool:
     """Whether some sequence of movements keeps the distance, if the intruder flies straight."""
     opponent = Opponent(encounter.position_m, encounter.velocity_mps, 0.0)
     automaton = MovementAutomaton.plane(speed_mps=encounter.own_speed_mps)
-    return search(automaton, opponent, distance_to_keep_m(scale)).avoidable
+    return search_avoidance(automaton, opponent, distance_to_keep_m(scale)).avoidable
 
 
 def fly_encounter(
@@ -173,10 +182,7 @@ def fly_encounter(
         waypoints_m=np.array([[far_m, 0.0, 0.0]]),
         reach_radius_m=REACH_RADIUS_M * scale,
     )
-    tracker = None
-    if settings.noisy:
-        tracker = TrackerSettings(acceleration_std_mps2=0.3 * scale, hardest_mps2=30.0 * scale)
-    system = AvoidanceSystem(planner_at(scale), mission, tracker=tracker, address="ownship")
+    system = AvoidanceSystem(planner_at(scale, tracks=settings.noisy), mission)
     return simulate(
         pilot_named(planner, system, craft_at(scale)),
         ObstacleMap(),
@@ -204,7 +210,7 @@ def _traffic(encounter: Encounter, settings: EncounterSettings, mission: Mission
     return Traffic([intruder], mission, encounter.own_speed_mps, behaviour, encounter.seed)
 
 
-def outcome_of(
+def judge_encounter(
     encounter: Encounter, settings: EncounterSettings, run: Run[Steering]
 ) -> EncounterOutcome:
     """What a flight came to."""
@@ -226,7 +232,7 @@ def _outcomes(
     settings: EncounterSettings, planner: str, seeds: Sequence[int]
 ) -> list[EncounterOutcome]:
     return [
-        outcome_of(encounter, settings, fly_encounter(encounter, settings, planner))
+        judge_encounter(encounter, settings, fly_encounter(encounter, settings, planner))
         for encounter in (random_encounter(seed, settings) for seed in seeds)
     ]
 
@@ -251,7 +257,7 @@ def fly_encounters(
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
     work = partial(_outcomes, settings, PLANNERS.located(planner))
-    for some in in_processes(work, chunks, workers):
+    for some in run_in_processes(work, chunks, workers):
         done += some
         report(len(some))
     return EncounterTally(settings, tuple(sorted(done, key=lambda each: each.seed)), planner)

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
-from clearway.studies.encounters.avoidable import Opponent, search
+from clearway.studies.encounters.avoidable import Opponent, search_avoidance
 from clearway.studies.encounters.encounter import closing_speed
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -83,7 +83,9 @@ def win_map(
                 velocity = own_mps * (np.array([1.0, 0.0, 0.0]) - closing * sight)
                 for a, bound in enumerate(accelerations_mps2):
                     opponent = Opponent(detected_at_m * sight, velocity, float(bound))
-                    verdict = search(automaton, opponent, keep_m, MOST_MOVEMENTS, CHOSEN_MOVEMENTS)
+                    verdict = search_avoidance(
+                        automaton, opponent, keep_m, MOST_MOVEMENTS, CHOSEN_MOVEMENTS
+                    )
                     won[a, b, s] = verdict.for_good
             if progress is not None:
                 progress()
@@ -109,7 +111,7 @@ def _check(
         ("keep_m", keep_m, *LENGTHS_M),
         *(("accelerations", value, 0.0, MOST_MPS2) for value in accelerations_mps2),
     )
-    problems = found(number_problem(*one) for one in given)
+    problems = collect_problems(number_problem(*one) for one in given)
     problems += [
         f"speeds: must be shares within (0, 1), got {value}"
         for value in speeds

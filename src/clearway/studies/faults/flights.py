@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from clearway.base.intervals import wilson
 from clearway.missions.setup import prepare
-from clearway.studies.campaigns.row import Outcome, outcome_of
+from clearway.studies.campaigns.row import Outcome, judge_flight
 from clearway.studies.faults.studies import ESCAPE, STUDIES, case
-from clearway.studies.processes import in_processes
+from clearway.studies.processes import run_in_processes
 
 Task = tuple[str, str, float, str]
 """Study, variant, level, ways out asked for."""
@@ -108,7 +108,7 @@ def fly_one(name: str, variant: str, level: float, seed: int, escape: str = ESCA
     run = prepare(study.variants[variant](case(study, seed, escape), level, seed)).fly()
     return FaultFlight(
         seed,
-        outcome_of(run),
+        judge_flight(run),
         run.reached,
         float(run.nearest_surface_m.min()),
         "" if run.ways_out is None else run.ways_out.flown,
@@ -144,7 +144,7 @@ def _each(
 ) -> Iterator[tuple[int, tuple[FaultFlight, ...]]]:
     """(number of the task, its flights) as they are done; one worker needs no other process."""
     jobs: list[Job] = [(number, task, seeds) for number, task in enumerate(tasks)]
-    yield from in_processes(_fly_level, jobs, workers)
+    yield from run_in_processes(_fly_level, jobs, workers)
 
 
 def _fly_level(job: Job) -> tuple[int, tuple[FaultFlight, ...]]:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from clearway.avoidance.way_out import Escape
+from clearway.avoidance.plan.held_escape import Escape
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_sections import SafetySection
 from clearway.missions.place_sections import WorldObstacleSection

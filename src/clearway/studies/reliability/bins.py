@@ -18,7 +18,7 @@ COARSE = np.concatenate([[0], np.repeat(np.arange(1, 11), 5), [11]])
 """[BINS] the bin of a diagram that each bin is part of: 0, tenths, 1."""
 
 
-def bin_of(rating: FloatArray) -> IntArray:
+def bin_ratings(rating: FloatArray) -> IntArray:
     """[n] bin of each rating in [0, 1]."""
     return np.where(
         rating <= 0.0, 0, np.where(rating >= 1.0, BINS - 1, np.searchsorted(EDGES, rating, "right"))
@@ -28,7 +28,7 @@ def bin_of(rating: FloatArray) -> IntArray:
 def counted(rating: FloatArray, good: BoolArray) -> FloatArray:
     """[BINS, 5] of a flight's moments: how many, how many good, sums of the rating, of its square
     and of the rating of what was good."""
-    at = bin_of(rating)
+    at = bin_ratings(rating)
     ones = np.ones(len(rating))
     sums = (ones, good, rating, rating**2, rating * good)
     return np.stack([np.bincount(at, weights=one, minlength=BINS) for one in sums], axis=1)
@@ -119,6 +119,6 @@ def _mean_by_flight(sums: FloatArray, counts: FloatArray) -> tuple[float, float]
     return float(mean - half), float(mean + half)
 
 
-def together(flights: Sequence[FloatArray]) -> FloatArray:
+def stack_bins(flights: Sequence[FloatArray]) -> FloatArray:
     """[flights, BINS, 5]."""
     return np.stack(list(flights)) if flights else np.zeros((0, BINS, 5))

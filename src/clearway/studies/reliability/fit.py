@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.studies.reliability.bins import BINS, bin_of
+from clearway.studies.reliability.bins import BINS, bin_ratings
 
 LEAST_CELLS = 200.0
 """Of a knot: neighbouring bins are put together until there are so many."""
@@ -31,7 +31,7 @@ def fitted(counts: FloatArray) -> FloatArray:
 def _gathered(counts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean rating, share that was good and count of bins that have enough of both; a rating of
     exactly 0 or 1 stays alone."""
-    at_zero, at_one = bin_of(np.array([0.0, 1.0]))
+    at_zero, at_one = bin_ratings(np.array([0.0, 1.0]))
     groups: list[FloatArray] = []
     open_group = np.zeros(5)
     for number in range(BINS):

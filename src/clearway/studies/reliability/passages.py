@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.tree import ReachSet
 
@@ -71,8 +70,3 @@ class KnownPassages:
         if id(reach_set) not in self._known:
             self._known[id(reach_set)] = (reach_set, Passages.of(reach_set))
         return self._known[id(reach_set)][1]
-
-
-def ratings_on_the_way(passages: Passages, rating: FloatArray) -> FloatArray:
-    """[trajectories, cells] of the cells entered; 1 beyond the end."""
-    return np.where(passages.cell >= 0, rating[passages.cell], 1.0)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance import Decision
-from clearway.avoidance.calibration import CLASSES, classes_of
-from clearway.avoidance.fusion import RATINGS, assess_cells
-from clearway.avoidance.planner import AvoidanceSettings
-from clearway.avoidance.reach_rating import rate_reach_set
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.calibration import CLASSES, classes_of
+from clearway.avoidance.rate.fusion import RATINGS, assess_cells
+from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.obstacles.world import World

@@ -11,7 +11,7 @@ from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY
 from clearway.sim.baselines.notes import not_known
 from clearway.sim.pilot import Steering
-from clearway.studies.comparison import ComparedFlight, PlannerStanding, fly_all, standing
+from clearway.studies.comparison import ComparedFlight, PlannerStanding, fly_all, sum_up_planner
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
@@ -46,7 +46,7 @@ def _compared(mission: str, title: str) -> Exhibit:
         *fly_all(lambda _seed: flight.setup, RIVALS, (flight.run.seed,)),
     ]
     runs = {flown.planner: flown.run for flown in flights}
-    places = {flown.planner: standing([flown]) for flown in flights}
+    places = {flown.planner: sum_up_planner([flown]) for flown in flights}
     judged = {name: place for name, place in places.items() if not place.hidden}
     safe = [name for name, place in judged.items() if place.safe]
     blind = "".join(

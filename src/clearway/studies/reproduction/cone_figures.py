@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.studies.reproduction.intruder_cases import (
     Assessed,
-    assess,
+    assess_intruder_alone,
     intruder_of_6_3,
     model_cells,
 )
@@ -75,7 +75,7 @@ def ellipse_after(time_s: float) -> Ellipse:
 
 @cache
 def _spread() -> Assessed:
-    return assess(model_cells("spread")[0])
+    return assess_intruder_alone(model_cells("spread")[0])
 
 
 def patch_figure() -> tuple[Exhibit, ...]:

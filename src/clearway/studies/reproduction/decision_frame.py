@@ -12,8 +12,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MODULES = (
-    ("Event based control", "Sensor fusion", ("clearway.sensors", "clearway.avoidance.fusion")),
-    ("Event based control", "Mission plan", ("clearway.live.mission", "clearway.live.detour")),
+    (
+        "Event based control",
+        "Sensor fusion",
+        ("clearway.sensors", "clearway.avoidance.rate.fusion"),
+    ),
+    (
+        "Event based control",
+        "Mission plan",
+        ("clearway.live.mission", "clearway.live.routing.detour"),
+    ),
     ("Event based control", "Rule engine", ("clearway.avoidance.rules",)),
     ("Event based control", "Avoidance grid", ("clearway.base.grid", "clearway.avoidance.decide")),
     ("Discrete control", "Movement automaton", ("clearway.vehicle.automaton", "clearway.live")),

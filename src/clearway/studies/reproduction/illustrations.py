@@ -14,7 +14,7 @@ from clearway.missions.scene_reading import scene_of
 from clearway.reach.tree import LAST_LAYER
 from clearway.studies.reproduction.intruder_cases import (
     Assessed,
-    assess,
+    assess_intruder_alone,
     intruder_of_6_3,
     model_cells,
 )
@@ -52,7 +52,7 @@ LOWERED = 0.95
 
 def illustrations() -> tuple[Exhibit, ...]:
     """Both figures."""
-    spread = assess(model_cells("spread")[0])
+    spread = assess_intruder_alone(model_cells("spread")[0])
     scene = assess_scene(scene_of("figure 2.4", SCENE, Path(), "figure 2.4").scene)
     chosen = trajectories_of_2_4(scene)
     return (

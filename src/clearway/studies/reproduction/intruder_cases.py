@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from clearway.avoidance.fusion import CellAssessment, Evidence, assess_cells
-from clearway.avoidance.reach_rating import ReachAssessment, rate_reach_set
+from clearway.avoidance.rate.fusion import CellAssessment, Evidence, assess_cells
+from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
@@ -133,7 +133,7 @@ def met(
     return cells.probability, cells.intruders[0][model]
 
 
-def assess(probability: FloatArray) -> Assessed:
+def assess_intruder_alone(probability: FloatArray) -> Assessed:
     """The reach set rated where nothing but an intruder is known, P_OI [cells].
 
     Everything is visible, so all four ratings are 1 - P_OI.

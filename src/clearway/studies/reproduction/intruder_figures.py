@@ -14,7 +14,7 @@ from clearway.studies.reproduction.intruder_cases import (
     MIDDLE_ROW,
     Assessed,
     IntersectionCase,
-    assess,
+    assess_intruder_alone,
     intruder_of_6_3,
     model_cells,
 )
@@ -38,7 +38,7 @@ def intruder_figures() -> tuple[Exhibit, ...]:
     exhibits = []
     for case in CASES:
         probability, _ = model_cells(case.model, case.timed)
-        assessed = assess(probability)
+        assessed = assess_intruder_alone(probability)
         exhibits += [
             Exhibit(
                 f"Figure {case.obstacle_figure}",
@@ -67,7 +67,7 @@ def draw_obstacle_space(case: IntersectionCase, assessed: Assessed) -> Figure:
         np.zeros((0, 3)),
         f"Figure {case.obstacle_figure}: obstacle space, {case.title}",
         "Trajectories by the obstacle probability where they are",
-        view_of(case),
+        view_case(case),
     )
 
 
@@ -97,11 +97,11 @@ def draw_reach_space(case: IntersectionCase, assessed: Assessed) -> Figure:
         np.zeros((0, 3)),
         f"Figure {case.reach_figure}: reach set, {case.title}",
         "Trajectories by their reachability so far",
-        view_of(case),
+        view_case(case),
     )
 
 
-def view_of(case: IntersectionCase) -> CellView:
+def view_case(case: IntersectionCase) -> CellView:
     """The paper's panels: ahead to the right, so that the intruder comes from the top."""
     from clearway.view.plot.cells import CellView
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.coverage import Coverage, measure
+from clearway.reach.choose.coverage import Coverage, measure_coverage
 from clearway.reach.sets import build_reach_set
 from clearway.reach.tree import ReachSet
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
@@ -42,7 +42,7 @@ def reach_set_figures() -> tuple[Exhibit, ...]:
     trees = {
         name: build_reach_set(automaton, grid, method=name, **tuning) for _, name, tuning in METHODS
     }
-    coverage = {name: measure(tree) for name, tree in trees.items()}
+    coverage = {name: measure_coverage(tree) for name, tree in trees.items()}
     return tuple(
         Exhibit(
             f"Figure {figure}",

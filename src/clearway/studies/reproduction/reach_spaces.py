@@ -12,7 +12,7 @@ from clearway.studies.reproduction.intruder_cases import (
     MIDDLE_ROW,
     REACHABLE,
     Assessed,
-    assess,
+    assess_intruder_alone,
     ends_left,
     model_cells,
 )
@@ -79,7 +79,7 @@ def _timed_line(assessed: Assessed) -> Findings:
 
 
 def _future_line(assessed: Assessed) -> Findings:
-    before = assess(model_cells("line", True)[0])
+    before = assess_intruder_alone(model_cells("line", True)[0])
     left, right = ends_left(assessed)
     free = [
         tuple(float(np.mean(one.rated[side] == 1.0)) for side in (left, right))
@@ -105,7 +105,7 @@ def _future_line(assessed: Assessed) -> Findings:
 def _timed_body(assessed: Assessed) -> Findings:
     _, model = model_cells("body")
     assert model.indicator is not None
-    whole = assess(model.indicator)
+    whole = assess_intruder_alone(model.indicator)
     least = [_least(assessed.row_reachability(row)) for row in TOP_FIRST]
     lost, passed = assessed.lost()
     lost_little, _ = assessed.lost(MIDDLE_ROW + 1)

@@ -17,7 +17,11 @@ from clearway.studies.reproduction.reach_set_figures import reach_set_figures
 from clearway.studies.reproduction.scene_figures import map_figures, scan_figures, spaces_figure
 from clearway.studies.reproduction.stability import lyapunov, prediction_ball
 from clearway.studies.reproduction.static_figures import static_figures
-from clearway.studies.reproduction.tables import intruder_table, movement_tables, reach_set_table
+from clearway.studies.reproduction.tables import (
+    movement_tables,
+    reach_set_table,
+    reproduce_intruder_table,
+)
 from clearway.studies.reproduction.target import Target
 from clearway.studies.reproduction.traffic_figures import traffic_figures
 from clearway.studies.reproduction.visibility_figures import visibility_figures
@@ -55,7 +59,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 intruder_figures,
             ),
             Target("figures-6.14-6.22", "the flight round static obstacles", static_figures),
-            Target("table-6.2", "the set of intruders", intruder_table),
+            Target("table-6.2", "the set of intruders", reproduce_intruder_table),
             Target("figures-6.23-6.28", "the flight among intruders", traffic_figures),
             Target("figure-7.1", "the modules of control", frame_figure),
             Target("comparison", "planners side by side", comparison),

@@ -33,7 +33,7 @@ blocked, blue is free.
 """
 
 
-def as_values(made: Made) -> dict[str, Any]:
+def summarize_reproduction(made: Made) -> dict[str, Any]:
     """The object that `reproduce --json` prints."""
     return {
         "targets": [

@@ -18,7 +18,7 @@ from clearway.missions.scene_reading import scene_of
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, detect
-from clearway.sensors.simulate import simulate_scan
+from clearway.sensors.beams.simulate import simulate_scan
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
 if TYPE_CHECKING:
@@ -111,7 +111,9 @@ def _ball(position_m: Sequence[float], radius_m: float) -> dict[str, Any]:
     return {"shape": "ball", "position_m": list(position_m), "radius_m": radius_m}
 
 
-def assessed(name: str, charted: Mapping[str, Any], there: list[dict[str, Any]]) -> SceneAssessment:
+def assess_pictured_scene(
+    name: str, charted: Mapping[str, Any], there: list[dict[str, Any]]
+) -> SceneAssessment:
     """A scene with one obstacle on the map, and what a LiDAR sees of what is there."""
     content = {
         "obstacle": [charted],
@@ -123,7 +125,7 @@ def assessed(name: str, charted: Mapping[str, Any], there: list[dict[str, Any]])
 def _overshadowed_figure() -> Exhibit:
     charted = _ball((7.5, 0, 0), 1.0)
     screens = [_ball((4.5, side, 0), 0.7) for side in (-1.1, 0.0, 1.1)]
-    scene = assessed("figure 2.2", charted, screens)
+    scene = assess_pictured_scene("figure 2.2", charted, screens)
     base, visible = scene.cells.evidence.map_base, scene.cells.evidence.visibility
     filled = base > 0.05
     hidden = float(np.average(1.0 - visible[filled], weights=base[filled]))
@@ -160,7 +162,7 @@ def _overshadowed_figure() -> Exhibit:
 
 def spaces_figure() -> tuple[Exhibit, ...]:
     """Fig. 3.1."""
-    scene = assessed("figure 3.1", _ball((30, 0, 0), 1.0), [_ball((5, 0.5, 0), 1.2)])
+    scene = assess_pictured_scene("figure 3.1", _ball((30, 0, 0), 1.0), [_ball((5, 0.5, 0), 1.2)])
     names = np.array(scene.space.names)
     counts = {kind: int(np.sum(names == kind)) for kind in ("free", "occupied", "hidden", "mixed")}
     accessible = int(scene.space.accessible.sum())
@@ -234,7 +236,7 @@ def _map_case(
     figure: str, title: str, there: list[dict[str, Any]], claim: str, difference: str
 ) -> Exhibit:
     charted = _ball((7, 0, 0), 1.0)
-    scene = assessed(f"figure {figure}", charted, there)
+    scene = assess_pictured_scene(f"figure {figure}", charted, there)
     grid = scene.scene.grid
     cell = int(grid.cell_of(np.array([6.5, 0.0, 0.0])))
     evidence = scene.cells.evidence

@@ -60,7 +60,7 @@ class Deviations:
     """[n] by (3.28)."""
 
 
-def deviations(flights: int = FLIGHTS, seed: int = 0) -> Deviations:
+def measure_deviations(flights: int = FLIGHTS, seed: int = 0) -> Deviations:
     """Fly the buffer again and again: half in white noise, half with noise held at its bounds."""
     automaton = MovementAutomaton.plane()
     rng = np.random.default_rng(seed)
@@ -105,7 +105,7 @@ def _moved(state: FloatArray, movement: Movement, noise: FloatArray) -> FloatArr
 
 def prediction_ball() -> tuple[Exhibit, ...]:
     """Def. 13, measured."""
-    found = deviations()
+    found = measure_deviations()
     share = found.deviation_m / found.bound_m
     last = found.deviation_m[:, -1]
     return (

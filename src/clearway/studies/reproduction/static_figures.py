@@ -13,7 +13,7 @@ from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from clearway.avoidance.fusion import CellAssessment
+    from clearway.avoidance.rate.fusion import CellAssessment
     from clearway.base.state import BoolArray
     from clearway.sim import LoggedDecision
 
@@ -36,7 +36,7 @@ CLAIMS = (
 def static_figures() -> tuple[Exhibit, ...]:
     """The nine figures in the paper's order."""
     flight = flight_of(MISSION)
-    moments = approaches(flight)
+    moments = find_approaches(flight)
     return (
         *(_snapshot(flight, number, moment) for number, moment in enumerate(moments)),
         _whole(flight),
@@ -46,7 +46,7 @@ def static_figures() -> tuple[Exhibit, ...]:
     )
 
 
-def approaches(flight: Flight) -> tuple[int, int, int]:
+def find_approaches(flight: Flight) -> tuple[int, int, int]:
     """Indices of the decisions before each ball, 2 to 8 m from it, that had most in their way."""
     first, second, third = (_approach(flight, number) for number in range(len(BALLS)))
     return first, second, third

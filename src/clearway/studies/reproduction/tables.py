@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.comparison import Comparison, MethodRow, compare
+from clearway.reach.compare.comparison import Comparison, MethodRow, compare_methods
 from clearway.studies.reproduction.flights import flight_of
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 from clearway.vehicle.automaton import MovementAutomaton
@@ -81,7 +81,7 @@ def _movement_table(table: str, ends: Mapping[str, FloatArray]) -> Exhibit:
 def reach_set_table() -> tuple[Exhibit, ...]:
     """Table 6.1, with the methods that are not in the paper."""
     automaton = MovementAutomaton.plane(1.0, 15.0, pitch_limit_deg=None)
-    result = compare(automaton, AvoidanceGrid.uniform(15.0, 15))
+    result = compare_methods(automaton, AvoidanceGrid.uniform(15.0, 15))
     full, error = result.full.number, result.full.standard_error
     return (
         Exhibit(
@@ -137,13 +137,13 @@ def _best(result: Comparison) -> str:
 
 
 def _draw_table_6_1(result: Comparison) -> Figure:
-    from clearway.reach.comparison import over_spreads
+    from clearway.reach.compare.comparison import over_spreads
     from clearway.view.plot.reach_compare import draw_spreads
 
     return draw_spreads(result, over_spreads(result.automaton, result.grid))
 
 
-def intruder_table() -> tuple[Exhibit, ...]:
+def reproduce_intruder_table() -> tuple[Exhibit, ...]:
     """Table 6.2: each intruder as printed, and what straight flight would have met."""
     flight = flight_of("intruders")
     straight = flight.run.metrics.straight

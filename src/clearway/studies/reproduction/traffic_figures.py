@@ -25,7 +25,7 @@ COLLIDING = "intruders-collision"
 def traffic_figures() -> tuple[Exhibit, ...]:
     """The six figures in the paper's order."""
     flight, colliding = flight_of(MISSION), flight_of(COLLIDING)
-    first = first_known(flight)
+    first = find_first_known(flight)
     return (
         _first(flight, first),
         _whole(flight),
@@ -34,7 +34,7 @@ def traffic_figures() -> tuple[Exhibit, ...]:
     )
 
 
-def first_known(flight: Flight) -> int:
+def find_first_known(flight: Flight) -> int:
     """Index of the first decision that knows of an intruder."""
     known = [len(e.flight.decision.hazards.moving.radius_m) > 0 for e in flight.run.decisions]
     return int(np.argmax(known))

@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.sensors.visibility import visibility
+from clearway.sensors.cells.visibility import visibility
 from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 
 if TYPE_CHECKING:

@@ -59,7 +59,7 @@ class ModelEncounter:
         )
 
 
-def draw_encounter(
+def sample_encounter(
     model: EncounterModel, number: int, settings: RiskSettings, seed: int = 0
 ) -> ModelEncounter:
     """The encounter of a number: it depends on that, the seed, the model and the settings alone."""

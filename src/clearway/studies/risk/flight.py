@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.planner import AvoidanceSettings, Planner
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
@@ -87,7 +88,10 @@ def craft_of(settings: RiskSettings) -> Craft:
     )
     library = ReachLibrary.load_or_build(automaton, grid)
     planner = Planner.of(
-        library, AvoidanceSettings(safety_margin_m=settings.spare * settings.margin_m)
+        library,
+        AvoidanceSettings(
+            safety_margin_m=settings.spare * settings.margin_m, transponder_address="ownship"
+        ),
     )
     return Craft(planner, BODY_SHARE * settings.margin_m, automaton.turning_radius_m)
 
@@ -136,7 +140,7 @@ class EncounterTraffic:
         return {INTRUDER: 0.0}
 
 
-def fly(
+def fly_model_encounter(
     encounter: ModelEncounter,
     planner: str,
     settings: RiskSettings,
@@ -152,7 +156,7 @@ def fly(
         waypoints_m=np.array([[far_m, 0.0, 0.0]]),
         reach_radius_m=reach_m,
     )
-    system = AvoidanceSystem(craft.planner, mission, address="ownship")
+    system = AvoidanceSystem(craft.planner, mission)
     return simulate(
         pilot_named(planner, system, craft),
         ObstacleMap(),
@@ -197,7 +201,7 @@ def separation_of(
         own = np.zeros((len(time_s), 3))
         own[:, 0] = settings.own_mps * time_s
         return separation(own, encounter.at_all(time_s), settings), DecisionEffort()
-    run = fly(encounter, planner, settings)
+    run = fly_model_encounter(encounter, planner, settings)
     own = true_path_m(run, settings)
     took_ms = _median_ms([entry.elapsed_s for entry in run.decisions])
     effort = DecisionEffort(run.emergencies, took_ms)

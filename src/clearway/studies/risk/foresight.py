@@ -19,7 +19,7 @@ from clearway.base.units import FOOT_M
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.dynamics import advance
 from clearway.studies.risk.encounter import ModelEncounter
-from clearway.studies.risk.long_flight import STEPS_PER_S, performance_of, surveillance_of
+from clearway.studies.risk.long_flight import STEPS_PER_S, choose_performance, surveillance_of
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
 from clearway.traffic.surveillance import Watch
 
@@ -42,7 +42,7 @@ class Foreseen(NamedTuple):
 def foreseen(encounter: ModelEncounter, settings: RiskSettings) -> Foreseen:
     """What the best of all manoeuvres comes to, begun when the first report of straight flight is
     heard, a reaction time later."""
-    able = performance_of(settings)
+    able = choose_performance(settings)
     heard_s = _heard_s(encounter, settings)
     begins_s = math.ceil(min(heard_s, encounter.lasts_s)) + able.reaction_s
     times = np.arange(0.0, encounter.lasts_s + 1e-9, 1.0 / STEPS_PER_S)

@@ -19,7 +19,7 @@ from clearway.studies.risk.long_planners import LONG_PLANNERS, LongPlanner, Long
 from clearway.studies.risk.settings import RiskSettings
 from clearway.traffic.growth import LIGHT_AIRCRAFT
 from clearway.traffic.surveillance import SURVEILLANCES, Surveillance, Watch
-from clearway.traffic.tracking.smooth import COAST_S, SmoothTrack, followed
+from clearway.traffic.tracking.smooth import TRACK_COAST_S, SmoothTrack, followed
 from clearway.traffic.volumes import VOLUME_SETS, VolumeSet
 from clearway.vehicle.performance import PERFORMANCES, Performance
 
@@ -66,7 +66,7 @@ def surveillance_of(settings: RiskSettings) -> Surveillance:
     return replace(kind, range_m=settings.range_m) if settings.range_m else kind
 
 
-def performance_of(settings: RiskSettings) -> Performance:
+def choose_performance(settings: RiskSettings) -> Performance:
     """The airframe that the settings name, with their reaction time where they say one."""
     able = PERFORMANCES.named(settings.vehicle)
     if settings.reaction_s is None:
@@ -82,7 +82,7 @@ def fly_long(
 ) -> LongFlight:
     """The encounter flown; it depends on its number and the settings alone."""
     steers = LONG_PLANNERS.named(planner) if isinstance(planner, str) else planner
-    able, kind = performance_of(settings), surveillance_of(settings)
+    able, kind = choose_performance(settings), surveillance_of(settings)
     watch = Watch(
         kind, encounter.at, encounter.lasts_s, (settings.surveillance_seed, encounter.number, 72)
     )
@@ -137,7 +137,7 @@ def _motion(state: FloatArray) -> Motion:
 
 
 def _others(track: SmoothTrack | None, time_s: float) -> tuple[Other, ...]:
-    if track is None or time_s - track.time_s > min(COAST_S, KEPT_IN_S):
+    if track is None or time_s - track.time_s > min(TRACK_COAST_S, KEPT_IN_S):
         return ()
     now = track.at(time_s)
     growth = LIGHT_AIRCRAFT.of(turns=track.turns, climbs=track.climbs)

@@ -137,7 +137,7 @@ def modified_voltage(view: LongView, tuning: LongTuning = MVP_TUNING) -> Steer:
     return _steered(view, wished + change, bool(change.any()))
 
 
-def velocity_obstacle(view: LongView, tuning: LongTuning = VO_TUNING) -> Steer:
+def avoid_velocity_obstacles(view: LongView, tuning: LongTuning = VO_TUNING) -> Steer:
     """Velocity obstacles: of many velocities the nearest to the wished one that meets nobody."""
     wished = _wished(view)
     able = view.performance
@@ -225,7 +225,7 @@ LONG_PLANNERS: Variants[LongPlanner] = Variants(
     {
         CLEARWAY: by_resolver,
         "mvp": modified_voltage,
-        "velocity-obstacle": velocity_obstacle,
+        "velocity-obstacle": avoid_velocity_obstacles,
         STRAIGHT: straight_on,
     },
 )

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
@@ -28,7 +28,7 @@ MEASURES = {
     "margin_lost": "margin loss",
 }
 """Fields of `Separation` that count, and what they are called."""
-LIMITS = {"near_collision": 0.18, "lost_well_clear": 0.40}
+LARGEST_RATIOS = {"near_collision": 0.18, "lost_well_clear": 0.40}
 """Largest risk ratios of ASTM F3442 with intruders that report themselves."""
 
 
@@ -40,19 +40,19 @@ LARGEST_LIMIT = 100.0
 class RiskLimits:
     """Largest risk ratios that are asked for."""
 
-    near_collision: float = LIMITS["near_collision"]
-    lost_well_clear: float = LIMITS["lost_well_clear"]
+    near_collision: float = LARGEST_RATIOS["near_collision"]
+    lost_well_clear: float = LARGEST_RATIOS["lost_well_clear"]
 
     def __post_init__(self) -> None:
-        problems = found(
-            number_problem(name, getattr(self, name), high=LARGEST_LIMIT) for name in LIMITS
+        problems = collect_problems(
+            number_problem(name, getattr(self, name), high=LARGEST_LIMIT) for name in LARGEST_RATIOS
         )
         if problems:
             raise InputError("risk", problems)
 
     def of(self, measure: str) -> float | None:
         """Of a measure; None where none is asked for."""
-        return getattr(self, measure) if measure in LIMITS else None
+        return getattr(self, measure) if measure in LARGEST_RATIOS else None
 
 
 OUTER = {
@@ -81,19 +81,19 @@ class Risk:
     induced_cases: tuple[int, ...]
 
 
-def weights_of(study: RiskStudy) -> FloatArray:
+def weigh_encounters(study: RiskStudy) -> FloatArray:
     """[n] of the encounters, 1 on average."""
     weights = np.array([outcome.weight for outcome in study.outcomes])
     return np.asarray(weights / weights.mean())
 
 
-def risk(study: RiskStudy, planner: str, measure: str) -> Risk:
+def compute_risk(study: RiskStudy, planner: str, measure: str) -> Risk:
     """One measure, of a planner or of straight flight, with 95 % intervals.
 
     An event that was not seen is taken to weigh what those of the next larger volume do, of which
     it would be one.
     """
-    weights = weights_of(study)
+    weights = weigh_encounters(study)
     numbers = np.array([outcome.number for outcome in study.outcomes])
     without, bad = (_flags(study, name, measure) for name in (STRAIGHT, planner))
     induced = bad & ~without
@@ -123,7 +123,7 @@ def _total(weights: FloatArray) -> Interval:
 def mean_aside_m(study: RiskStudy, planner: str) -> float:
     """Farthest from straight flight, weighted mean over all encounters: what avoiding costs."""
     aside = np.array([outcome.of(planner).aside_m for outcome in study.outcomes])
-    return float(weights_of(study) @ aside / len(aside))
+    return float(weigh_encounters(study) @ aside / len(aside))
 
 
 def decision_ms(study: RiskStudy, planner: str) -> float:
@@ -147,13 +147,13 @@ def _weight_of_one(study: RiskStudy, planner: str, measure: str, weights: FloatA
 
 def effective_number(study: RiskStudy, measure: str) -> float:
     """How many encounters of equal weight those are worth that are bad without avoidance (Kish)."""
-    bad = weights_of(study)[_flags(study, STRAIGHT, measure)]
+    bad = weigh_encounters(study)[_flags(study, STRAIGHT, measure)]
     return float(bad.sum() ** 2 / (bad**2).sum()) if len(bad) else 0.0
 
 
 def by_layer(study: RiskStudy) -> dict[int, tuple[float, RiskStudy]]:
     """Share of the weight, and the encounters, of each altitude layer that intruders begin in."""
-    weights = weights_of(study)
+    weights = weigh_encounters(study)
     layers = np.array([outcome.layer for outcome in study.outcomes])
     found = {}
     for layer in np.unique(layers).tolist():

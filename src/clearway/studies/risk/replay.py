@@ -12,8 +12,14 @@ from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.figures.risk import EncounterTracks
-from clearway.studies.risk.encounter import ModelEncounter, draw_encounter
-from clearway.studies.risk.flight import STEP_S, Separation, fly, separation, true_path_m
+from clearway.studies.risk.encounter import ModelEncounter, sample_encounter
+from clearway.studies.risk.flight import (
+    STEP_S,
+    Separation,
+    fly_model_encounter,
+    separation,
+    true_path_m,
+)
 from clearway.studies.risk.long_flight import fly_long
 from clearway.studies.risk.long_planners import Steer
 from clearway.studies.risk.settings import STRAIGHT, RiskSettings
@@ -75,7 +81,7 @@ def replayed(
     seed: int = 0,
 ) -> Replayed:
     """Draw the encounter of a number once more and fly it with every planner."""
-    encounter = draw_encounter(model, number, settings, seed)
+    encounter = sample_encounter(model, number, settings, seed)
     time_s = np.arange(0.0, encounter.lasts_s + 0.5 * STEP_S, STEP_S)
     straight = np.zeros((len(time_s), 3))
     straight[:, 0] = settings.own_mps * time_s
@@ -100,7 +106,7 @@ def _flown(
         flight = fly_long(encounter, planner, settings)
         told = [(time_s, steer.reason or _steered(steer)) for time_s, steer in flight.steered]
         return flight.time_s, flight.own_m, told
-    run = fly(encounter, planner, settings)
+    run = fly_model_encounter(encounter, planner, settings)
     told = [(entry.flight.time_s, entry.flight.explanation) for entry in run.decisions]
     return run.time_s, true_path_m(run, settings), told
 

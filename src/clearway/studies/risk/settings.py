@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from clearway.base.checks import found, number_problem
+from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
 from clearway.studies.risk.candidates import WantedKinds, wanted
@@ -118,7 +118,7 @@ class RiskSettings:
     """Of each of them: one of all is flown, see `candidates`."""
 
     def __post_init__(self) -> None:
-        problems = found(
+        problems = collect_problems(
             number_problem(name, getattr(self, name), low, high)
             for name, (low, high) in VALID.items()
         )
@@ -146,7 +146,7 @@ class RiskSettings:
             return []
         PERFORMANCES.named(self.vehicle)
         SURVEILLANCES.named(self.surveillance)
-        problems = found(
+        problems = collect_problems(
             number_problem(name, getattr(self, name), low, high)
             for name, (low, high) in VALID_WHERE_GIVEN.items()
             if getattr(self, name) is not None

@@ -9,8 +9,8 @@ from pathlib import Path
 from clearway.base.errors import ClearwayError
 from clearway.sim.baselines import PLANNERS, REPORTED_TRAFFIC
 from clearway.studies.encounter_model import EncounterModel
-from clearway.studies.processes import in_processes
-from clearway.studies.risk.encounter import draw_encounter
+from clearway.studies.processes import run_in_processes
+from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import craft_of, separation_of
 from clearway.studies.risk.journal import RiskJournal
 from clearway.studies.risk.long_planners import LONG_PLANNERS
@@ -75,7 +75,7 @@ def study(
     flown = {each.number for each in done}
     left = [number for number in numbers if number not in flown]
     chunks = [left[at : at + CHUNK] for at in range(0, len(left), CHUNK)]
-    for some in in_processes(_fly, chunks, workers, _begin, (job,)):
+    for some in run_in_processes(_fly, chunks, workers, _begin, (job,)):
         done += some
         if kept is not None:
             kept.add(some)
@@ -98,7 +98,7 @@ class _Job:
         return [self._outcome(number) for number in numbers]
 
     def _outcome(self, number: int) -> RiskOutcome:
-        encounter = draw_encounter(self.model, number, self.settings, self.seed)
+        encounter = sample_encounter(self.model, number, self.settings, self.seed)
         straight, _ = separation_of(encounter, STRAIGHT, self.settings)
         flown, emergencies, decision_ms = {}, {}, {}
         for planner, where in self.flown_by.items():

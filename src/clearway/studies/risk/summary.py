@@ -14,15 +14,15 @@ from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.long_flight import surveillance_of
 from clearway.studies.risk.ratios import (
-    LIMITS,
+    LARGEST_RATIOS,
     MEASURES,
     RiskLimits,
     by_layer,
+    compute_risk,
     decision_ms,
     effective_number,
     mean_aside_m,
     mean_reversals,
-    risk,
     worst_cases,
 )
 from clearway.studies.risk.settings import STRAIGHT, RiskSettings
@@ -65,9 +65,9 @@ def summary(
         **_at_real_scale(result.settings),
         "encounters": len(result.outcomes),
         "seed": result.seed,
-        "limits": {name: limits.of(name) for name in LIMITS},
+        "limits": {name: limits.of(name) for name in LARGEST_RATIOS},
         "verdict": TOLD[verdict_of(planners[result.planners[0]])] if result.planners else None,
-        "effective": {name: effective_number(result, name) for name in LIMITS},
+        "effective": {name: effective_number(result, name) for name in LARGEST_RATIOS},
         "straight": _measures(result, STRAIGHT, limits),
         "planners": {
             name: measures
@@ -157,9 +157,11 @@ def _layers(result: RiskStudy) -> list[dict[str, Any]]:
         }
         for planner in result.planners:
             if result.hidden_from(planner):
-                row[planner] = {name: {"ratio": None, "ratio_95": [None, None]} for name in LIMITS}
+                row[planner] = {
+                    name: {"ratio": None, "ratio_95": [None, None]} for name in LARGEST_RATIOS
+                }
                 continue
-            ratios = {name: risk(part, planner, name).ratio for name in LIMITS}
+            ratios = {name: compute_risk(part, planner, name).ratio for name in LARGEST_RATIOS}
             row[planner] = {
                 name: {"ratio": finite(ratio.value), "ratio_95": _interval(ratio)}
                 for name, ratio in ratios.items()
@@ -175,7 +177,7 @@ def _measures(result: RiskStudy, planner: str, limits: RiskLimits) -> dict[str, 
         if result.hidden_from(planner):
             measures[name] = dict(NOTHING_TOLD)
             continue
-        found = risk(result, planner, name)
+        found = compute_risk(result, planner, name)
         measures[name] = {
             "rate": finite(found.rate.value),
             "rate_95": _interval(found.rate),

@@ -19,7 +19,7 @@ from clearway.traffic.models.ball_cell import (
 )
 from clearway.traffic.models.borders import (
     Borders,
-    borders_of,
+    compute_borders,
     scratch,
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
@@ -81,7 +81,7 @@ def body_cells(
         SEARCH[accuracy],
         cell_parts(grid, parts),
         grid.volumes_m3,
-        borders_of(grid),
+        compute_borders(grid),
         grid.edges,
         arrays,
     )

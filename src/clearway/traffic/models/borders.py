@@ -44,7 +44,7 @@ class TraversalPieces(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def borders_of(grid: AvoidanceGrid) -> Borders:
+def compute_borders(grid: AvoidanceGrid) -> Borders:
     """The borders of a grid, computed once."""
     table = np.zeros((7, 1 + max(grid.shape)))
     for row, edges in enumerate(grid.edges):

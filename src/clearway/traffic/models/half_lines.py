@@ -62,7 +62,7 @@ def room_for_lines(borders: Borders) -> HalfLines:
 
 
 @compiled
-def measure(lines: HalfLines, many: int, borders: Borders) -> None:
+def measure_half_lines(lines: HalfLines, many: int, borders: Borders) -> None:
     """Work out of the first so many what only the grid's range bounds."""
     told, outer = lines.told, borders.table[RANGE, borders.layers]
     shallow = 2.0 * outer * borders.tolerance_m

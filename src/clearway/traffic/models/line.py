@@ -16,7 +16,7 @@ from clearway.traffic.models.borders import (
     LEAVE,
     Borders,
     TraversalPieces,
-    borders_of,
+    compute_borders,
     scratch,
 )
 from clearway.traffic.models.cells import ModelArrays, ModelCells, empty_arrays
@@ -32,7 +32,7 @@ from clearway.traffic.models.half_lines import (
     tell,
 )
 from clearway.traffic.models.many import Intruders
-from clearway.traffic.models.traverse import cut, pieces_of
+from clearway.traffic.models.traverse import cut_lines, pieces_of
 
 
 def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells:
@@ -45,7 +45,7 @@ def line_cells(grid: AvoidanceGrid, intruders: Sequence[Intruder]) -> ModelCells
     arrays = empty_arrays(len(intruders), grid.cells)
     among = Intruders.of(intruders)
     position, velocity = among.motions(grid.range_m)
-    _lines(position, velocity, borders_of(grid), grid.edges, arrays)
+    _lines(position, velocity, compute_borders(grid), grid.edges, arrays)
     return ModelCells(*arrays)
 
 
@@ -63,7 +63,7 @@ def _lines(
         lines.told[X : Z + 1, :many] = position[first : first + many].T
         lines.told[SPEED_X : SPEED_Z + 1, :many] = velocity[first : first + many].T
         lines.told[END_S, :many] = np.inf
-        cut(lines, many, borders)
+        cut_lines(lines, many, borders)
         for m in range(many):
             n = first + m
             _follow(n, m, position[n], velocity[n], borders, edges, lines, pieces, arrays)
@@ -88,7 +88,7 @@ def follow_line(
         (velocity[0], velocity[1], velocity[2]),
         np.inf,
     )
-    cut(lines, 1, borders)
+    cut_lines(lines, 1, borders)
     _follow(n, 0, position, velocity, borders, edges, lines, pieces, arrays)
 
 

@@ -25,7 +25,7 @@ from clearway.traffic.models.borders import (
     LEAVE,
     Borders,
     TraversalPieces,
-    borders_of,
+    compute_borders,
     scratch,
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
@@ -47,7 +47,7 @@ from clearway.traffic.models.half_lines import (
 )
 from clearway.traffic.models.line import stay
 from clearway.traffic.models.many import Intruders
-from clearway.traffic.models.traverse import begun, cut, step
+from clearway.traffic.models.traverse import begin_walk, cut_lines, step
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
 DWELL, MEETING, RAY = range(2, 5)
@@ -123,7 +123,7 @@ def spread_cells(
         up,
         disc_nodes(*NODES[accuracy]),
         CUT_TOLERANCE[accuracy],
-        borders_of(grid),
+        compute_borders(grid),
         grid.edges,
         arrays,
         meeting,
@@ -242,7 +242,7 @@ def _trace_rays(
             told[SPEED_X, n] = velocity[0] + u * wide[0] + w * narrow[0]
             told[SPEED_Y, n] = velocity[1] + u * wide[1] + w * narrow[1]
             told[SPEED_Z, n] = velocity[2] + u * wide[2] + w * narrow[2]
-        cut(lines, many, borders)
+        cut_lines(lines, many, borders)
         for n in range(many):
             _sum_up(first + n, n, weights[first + n], borders, lines, pieces, sums)
 
@@ -259,7 +259,7 @@ def _sum_up(
 ) -> None:
     """Of one ray, which is in a place of a bunch."""
     passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
-    walk, end = begun(lines, n, borders, pieces)
+    walk, end = begin_walk(lines, n, borders, pieces)
     nowhere = len(sums) - 1
     while walk.here < end:
         entry_s = walk.here_s

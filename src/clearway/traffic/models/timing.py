@@ -23,12 +23,12 @@ from clearway.traffic.models.borders import (
     ENTRY,
     LEAVE,
     Borders,
-    borders_of,
+    compute_borders,
     scratch,
 )
 from clearway.traffic.models.cells import ModelCells
 from clearway.traffic.models.half_lines import BUNCH, room_for_lines, tell
-from clearway.traffic.models.traverse import cut, pieces_of
+from clearway.traffic.models.traverse import cut_lines, pieces_of
 
 CHORDS = 16
 """For each sample of a movement."""
@@ -88,7 +88,7 @@ def reach_set_vehicle_times(reach_set: TimedTree) -> VehicleTimes:
         _between_samples(reach_set),
         np.ascontiguousarray(reach_set.cell_start, dtype=np.int64),
         np.ascontiguousarray(reach_set.cell_index, dtype=np.int64),
-        borders_of(grid),
+        compute_borders(grid),
         entry,
         leave,
     )
@@ -138,7 +138,7 @@ def _reach_set_times(
                 velocity = ((to_x - x) / step_s, (to_y - y) / step_s, (to_z - z) / step_s)
                 tell(lines, s - first, (x, y, z), velocity, step_s)
                 x, y, z = to_x, to_y, to_z
-            cut(lines, many, borders)
+            cut_lines(lines, many, borders)
             for s in range(many):
                 offset_s = begin_s + (first + s) * step_s
                 for m in range(pieces_of(lines, s, borders, pieces)):

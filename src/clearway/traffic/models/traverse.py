@@ -2,7 +2,7 @@
 
 Seen from the grid's origin a line runs along half a great circle, which gives every crossing in
 closed form and in order. The lines of the line model, the rays of a spread, the chords of a
-body's tube and the segments of a reach set are all cut by `cut` and followed by `step`.
+body's tube and the segments of a reach set are all cut by `cut_lines` and followed by `step`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from clearway.traffic.models.half_lines import (
     SPEED,
     START,
     HalfLines,
-    measure,
+    measure_half_lines,
 )
 from clearway.traffic.models.layer_cuts import cut_by_spheres, layer_cuts
 from clearway.traffic.models.row_cuts import cut_by_cones, row_cuts
@@ -60,9 +60,9 @@ class Walk(NamedTuple):
 
 
 @compiled
-def cut(lines: HalfLines, many: int, borders: Borders) -> None:
+def cut_lines(lines: HalfLines, many: int, borders: Borders) -> None:
     """Work out all crossings of the first so many of a bunch that have been told."""
-    measure(lines, many, borders)
+    measure_half_lines(lines, many, borders)
     cut_by_planes(lines, many, borders)
     cut_by_cones(lines, many, borders)
     cut_by_spheres(lines, many, borders)
@@ -78,7 +78,7 @@ def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) 
     nothing is passed.
     """
     passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
-    walk, end = begun(lines, n, borders, out)
+    walk, end = begin_walk(lines, n, borders, out)
     count = 0
     while walk.here < end:
         out.times[ENTRY, count] = walk.here_s
@@ -89,7 +89,9 @@ def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) 
 
 
 @compiled
-def begun(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -> tuple[Walk, float]:
+def begin_walk(
+    lines: HalfLines, n: int, borders: Borders, out: TraversalPieces
+) -> tuple[Walk, float]:
     """List the cuts of one line that has been cut; where it is followed from, and to (m)."""
     told = lines.told
     start, end = told[START, n], told[END, n]

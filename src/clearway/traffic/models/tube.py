@@ -25,7 +25,7 @@ from clearway.traffic.models.borders import (
     RANGE,
     Borders,
     TraversalPieces,
-    borders_of,
+    compute_borders,
     scratch,
 )
 from clearway.traffic.models.cells import Accuracy, ModelArrays, ModelCells, empty_arrays
@@ -40,7 +40,7 @@ from clearway.traffic.models.half_lines import (
 from clearway.traffic.models.line import follow_line
 from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.spread import DiscNodes, cone_axes, disc_nodes
-from clearway.traffic.models.traverse import cut, pieces_of
+from clearway.traffic.models.traverse import cut_lines, pieces_of
 
 NODES = {"fast": (80, 40), "fine": (20_000, 4_000), "reference": (20_000, 4_000)}
 """Inner and ring points of the disc; each is a straight path through the cells."""
@@ -62,7 +62,7 @@ def tube_cells(
         velocity,
         np.array([intruder.radius_m for intruder in intruders], dtype=np.float64),
         disc_nodes(*NODES[accuracy]),
-        borders_of(grid),
+        compute_borders(grid),
         grid.edges,
         arrays,
     )
@@ -140,7 +140,7 @@ def _follow_paths(
             for m in range(many):
                 u, w = nodes.wide[first + m], nodes.narrow[first + m]
                 told[X + axis, m] = position[axis] + radius * (u * level[axis] + w * across[axis])
-        cut(lines, many, borders)
+        cut_lines(lines, many, borders)
         for m in range(many):
             for piece in range(pieces_of(lines, m, borders, pieces)):
                 entry, leave = pieces.times[ENTRY, piece], pieces.times[LEAVE, piece]

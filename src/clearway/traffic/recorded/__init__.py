@@ -1,6 +1,6 @@
 """Recorded traffic: reports of aircraft as files have them, tracks made of them, closest pairs."""
 
-from clearway.traffic.recorded.aircraft import Aircraft, aircraft_of
+from clearway.traffic.recorded.aircraft import Aircraft, collect_aircraft
 from clearway.traffic.recorded.closest import ClosestPair, closest_pairs
 from clearway.traffic.recorded.ghosts import without_ghosts
 from clearway.traffic.recorded.local import local_reports
@@ -13,8 +13,8 @@ __all__ = [
     "OwnPart",
     "TrafficRecording",
     "TrafficReport",
-    "aircraft_of",
     "closest_pairs",
+    "collect_aircraft",
     "local_reports",
     "take_part",
     "without_ghosts",

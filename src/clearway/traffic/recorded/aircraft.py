@@ -17,7 +17,7 @@ from clearway.traffic.recorded.report import NOT_ICAO, TrafficRecording, Traffic
 
 LONGEST_GAP_S = 12.0
 """Positions are not interpolated over longer silence."""
-FASTEST_MPS = 600.0
+FASTEST_RECORDED_MPS = 600.0
 """Over ground; two reports that imply more do not belong together."""
 AWAY_S = 900.0
 """A longer silence is no gap: the aircraft has been away, and comes back."""
@@ -57,7 +57,7 @@ class Aircraft:
     def heard_of(self) -> BoolArray:
         """[n - 1] between which reports positions may be interpolated."""
         near: BoolArray = np.diff(self.time_s) <= LONGEST_GAP_S
-        return near & (self.segment_mps <= FASTEST_MPS)
+        return near & (self.segment_mps <= FASTEST_RECORDED_MPS)
 
     @property
     def gaps_s(self) -> FloatArray:
@@ -73,7 +73,7 @@ class Aircraft:
     @property
     def jumps(self) -> int:
         """Neighbouring positions further apart than anything flies."""
-        return int(np.count_nonzero(self.segment_mps > FASTEST_MPS))
+        return int(np.count_nonzero(self.segment_mps > FASTEST_RECORDED_MPS))
 
     @property
     def altitude_m(self) -> FloatArray:
@@ -97,7 +97,7 @@ def height_step_m(height_m: FloatArray) -> float:
     return (100.0 if step % 100 == 0 else WHOLE_FEET) * FOOT_M
 
 
-def aircraft_of(recording: TrafficRecording) -> list[Aircraft]:
+def collect_aircraft(recording: TrafficRecording) -> list[Aircraft]:
     """Aircraft that report positions, in the order of their addresses."""
     by_address: dict[str, list[TrafficReport]] = defaultdict(list)
     for report in recording.reports:

@@ -15,7 +15,7 @@ from clearway.base.units import FOOT_M, NAUTICAL_MILE_M
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.closest_point import ClosestPoints, JoinedTracks, closest_points
 from clearway.traffic.recorded.proximity import proximity_pairs
-from clearway.traffic.recorded.samples import SLOWEST_MPS, Samples, sample
+from clearway.traffic.recorded.samples import SLOWEST_MPS, Samples, sample_aircraft
 
 WITHIN_M = 10_000.0
 MOST_BETWEEN_M = 1_200.0
@@ -97,7 +97,7 @@ def search_pairs(
 ) -> FoundPairs:
     """`closest_pairs`, and those that are left out of it for their heights."""
     tell = progress or _tell_nobody
-    samples = sample(aircraft, slowest_mps=EVERYBODY_MPS)
+    samples = sample_aircraft(aircraft, slowest_mps=EVERYBODY_MPS)
     own = [n for n, one in enumerate(aircraft) if one.address == own_address]
     met = proximity_pairs(samples, within_m, lambda done, total: tell(0.5 * done, total))
     pair = samples.aircraft[met.first] * len(aircraft) + samples.aircraft[met.second]

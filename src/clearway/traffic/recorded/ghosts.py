@@ -9,7 +9,7 @@ import numpy as np
 from clearway.base.units import FOOT_M
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.proximity import proximity_pairs
-from clearway.traffic.recorded.samples import sample
+from clearway.traffic.recorded.samples import sample_aircraft
 
 GHOST_M = 1000.0
 """A radar's track lies this near to the aircraft that it is of."""
@@ -23,7 +23,7 @@ REPORT_THEMSELVES = ("adsb", "adsr", "flarm", "remote id", "scripted")
 
 def ghosts_of(aircraft: Sequence[Aircraft]) -> Mapping[str, str]:
     """Address of the aircraft that it doubles, by address of the ghost."""
-    samples = sample(aircraft, slowest_mps=0.0)
+    samples = sample_aircraft(aircraft, slowest_mps=0.0)
     met = proximity_pairs(samples, GHOST_M)
     # Where a height is unknown the place has to do.
     near = ~(np.abs(met.height_m) > GHOST_HEIGHT_M)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from clearway.base.brief import brief
 from clearway.base.errors import InputError
-from clearway.traffic.recorded.aircraft import Aircraft, aircraft_of
+from clearway.traffic.recorded.aircraft import Aircraft, collect_aircraft
 from clearway.traffic.recorded.closest import ClosestPair, search_pairs
 from clearway.traffic.recorded.ghosts import ghosts_of, without_ghosts
 from clearway.traffic.recorded.report import TrafficRecording
@@ -65,7 +65,7 @@ def air_picture(
     >>> [one.address for one in picture.aircraft], len(picture.pairs)
     (['4b1801', '4b1802'], 1)
     """
-    aircraft = aircraft_of(recording)
+    aircraft = collect_aircraft(recording)
     placed = {one.address for one in aircraft}
     own = recording.own_address if own_address is None else own_address.strip()
     if own is not None:

@@ -14,7 +14,7 @@ from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.base.units import KNOT_MPS
-from clearway.traffic.recorded.aircraft import AWAY_S, FASTEST_MPS, Aircraft
+from clearway.traffic.recorded.aircraft import AWAY_S, FASTEST_RECORDED_MPS, Aircraft
 from clearway.traffic.recorded.geodesy import surface_points
 from clearway.traffic.recorded.motion import believe_climbs, estimate_climbs, interpolate_heights
 
@@ -124,7 +124,9 @@ def _joined(one: Aircraft, surface: FloatArray) -> BoolArray:
     """[n] whether the way to the next report is flown: neither an absence nor a jump."""
     elapsed = np.diff(one.time_s)
     way = np.linalg.norm(np.diff(surface, axis=0), axis=1)
-    flown: BoolArray = (elapsed > 0.0) & (elapsed <= AWAY_S) & (way <= FASTEST_MPS * elapsed)
+    flown: BoolArray = (
+        (elapsed > 0.0) & (elapsed <= AWAY_S) & (way <= FASTEST_RECORDED_MPS * elapsed)
+    )
     return np.append(flown, False)
 
 
@@ -159,7 +161,7 @@ def _told_mps(one: Aircraft, surface: FloatArray) -> tuple[FloatArray, bool]:
     way = np.diff(surface, axis=0)
     stated = 0.5 * (told[1:] + told[:-1]) * elapsed[:, None]
     long, other = np.linalg.norm(way, axis=1), np.linalg.norm(stated, axis=1)
-    usable = ~np.isnan(other) & (elapsed <= COAST_S) & (long <= FASTEST_MPS * elapsed)
+    usable = ~np.isnan(other) & (elapsed <= COAST_S) & (long <= FASTEST_RECORDED_MPS * elapsed)
     off = np.linalg.norm(way - stated, axis=1)[usable] / np.maximum(long, other)[usable]
     if len(off) and float(np.median(off)) > MOST_OFF:
         return np.full_like(told, np.nan), False
@@ -178,6 +180,6 @@ def _stray(time_s: FloatArray, surface: FloatArray, told: FloatArray) -> BoolArr
     speed = np.linalg.norm(moved, axis=1)
     largest = np.maximum(speed, np.linalg.norm(told, axis=1))
     off = np.linalg.norm(moved - told, axis=1)
-    usable = (elapsed <= 2.0 * COAST_S) & (speed <= FASTEST_MPS)
+    usable = (elapsed <= 2.0 * COAST_S) & (speed <= FASTEST_RECORDED_MPS)
     stray: BoolArray = usable & (off > MOST_OFF * largest + STRAY_MPS)
     return stray

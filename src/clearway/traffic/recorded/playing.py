@@ -19,7 +19,7 @@ from clearway.base.made import TimedPlaces
 from clearway.base.state import BoolArray, IntArray, State, frozen_array
 from clearway.obstacles.obstacle import Obstacle
 from clearway.traffic import Intruder
-from clearway.traffic.recorded.aircraft import FASTEST_MPS, LONGEST_GAP_S, Aircraft
+from clearway.traffic.recorded.aircraft import FASTEST_RECORDED_MPS, LONGEST_GAP_S, Aircraft
 from clearway.traffic.recorded.local import POSITION_STD_M, VELOCITY_STD_MPS
 
 CLIMB_WINDOW_S = 20.0
@@ -51,7 +51,7 @@ class PlayedTrack:
             object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.time_s), 3)))
         silence = np.diff(self.time_s)
         level = np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1)
-        known = (silence <= LONGEST_GAP_S) & (level <= FASTEST_MPS * silence)
+        known = (silence <= LONGEST_GAP_S) & (level <= FASTEST_RECORDED_MPS * silence)
         object.__setattr__(self, "known", known)
 
     def at(self, time_s: float) -> FloatArray | None:

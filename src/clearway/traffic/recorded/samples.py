@@ -37,7 +37,7 @@ class Samples:
         return len(self.second)
 
 
-def sample(aircraft: Sequence[Aircraft], slowest_mps: float = SLOWEST_MPS) -> Samples:
+def sample_aircraft(aircraft: Sequence[Aircraft], slowest_mps: float = SLOWEST_MPS) -> Samples:
     """Every aircraft in flight at every whole second, over gaps of at most 12 s.
 
     In flight: faster than `slowest_mps` by its own report, or by its positions where it does not

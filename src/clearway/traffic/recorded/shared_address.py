@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from clearway.traffic.recorded.aircraft import AWAY_S, FASTEST_MPS, Aircraft
+from clearway.traffic.recorded.aircraft import AWAY_S, FASTEST_RECORDED_MPS, Aircraft
 from clearway.traffic.recorded.geodesy import surface_points
 
 LEAST_REPORTS = 3
@@ -30,7 +30,7 @@ def split_address(one: Aircraft) -> list[Aircraft]:
         last = np.array([track[-1] for track in tracks], dtype=np.int64)
         elapsed = one.time_s[at] - one.time_s[last]
         way = np.linalg.norm(place - surface[last], axis=1)
-        could = (way <= FASTEST_MPS * elapsed) & (elapsed <= AWAY_S)
+        could = (way <= FASTEST_RECORDED_MPS * elapsed) & (elapsed <= AWAY_S)
         if could.any():
             tracks[int(np.argmin(np.where(could, way / np.maximum(elapsed, 1e-9), np.inf)))].append(
                 at

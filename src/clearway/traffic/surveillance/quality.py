@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.checks import above_zero_problem, collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.base.variants import Variants
@@ -61,9 +61,9 @@ class Surveillance:
 
     def __post_init__(self) -> None:
         keys = [key for key in self.__slots__ if key not in ("name", "about", "tells_velocity")]
-        problems = found(number_problem(key, getattr(self, key)) for key in keys)
+        problems = collect_problems(number_problem(key, getattr(self, key)) for key in keys)
         for key in ("range_m", "drift_s", "report_s", "burst_s", "contained_m"):
-            problems += found([above_zero_problem(key, getattr(self, key))])
+            problems += collect_problems([above_zero_problem(key, getattr(self, key))])
         if not self.lost < 1.0:
             problems.append(f"lost: must be below 1, got {self.lost}")
         if problems:

@@ -22,7 +22,7 @@ about 0.6 at a report a second."""
 CLIMB_MPS2 = 0.7
 UNKNOWN_MPS = 60.0
 """Deviation of the velocity before any was measured."""
-COAST_S = 12.0
+TRACK_COAST_S = 12.0
 """A track lives so long without a report."""
 TURNS_RPS = np.radians(1.5)
 """Slower turns are none."""
@@ -79,7 +79,7 @@ class SmoothTrack(NamedTuple):
         )
 
 
-def begun(heard: HeardOf) -> SmoothTrack:
+def begin_track(heard: HeardOf) -> SmoothTrack:
     """The track of a first report."""
     told = heard.velocity_mps is not None
     mean = np.zeros(6)
@@ -102,8 +102,8 @@ def begun(heard: HeardOf) -> SmoothTrack:
 
 def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
     """The track after its next report; late ones are left out, a long silence begins anew."""
-    if track is None or heard.time_s - track.time_s > COAST_S:
-        return begun(heard)
+    if track is None or heard.time_s - track.time_s > TRACK_COAST_S:
+        return begin_track(heard)
     elapsed = heard.time_s - track.time_s
     if elapsed <= 0.0:
         return track

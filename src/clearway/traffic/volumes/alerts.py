@@ -103,7 +103,7 @@ def alerts_after(
         ]
         kept = (*still, (time_s, now))
         asked[there.name] = kept
-        closest_s, miss, height = closest(apart, change)
+        closest_s, miss, height = predict_closest(apart, change)
         looks = sorted((level for _, level in kept), reverse=True)
         given = looks[volumes.needed - 1] if len(looks) >= volumes.needed else AlertLevel.NONE
         found.append(Alert(there.name, given, now, times, closest_s, miss, height))
@@ -111,7 +111,7 @@ def alerts_after(
     return Alerts(time_s, tuple(found), MappingProxyType(asked))
 
 
-def closest(apart_m: FloatArray, change_mps: FloatArray) -> tuple[float, float, float]:
+def predict_closest(apart_m: FloatArray, change_mps: FloatArray) -> tuple[float, float, float]:
     """When two that fly straight on are closest horizontally, from now on, and how far apart then:
     horizontally and vertically."""
     level2 = float(change_mps[:2] @ change_mps[:2])

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from clearway.base.checks import above_zero_problem, found, number_problem
+from clearway.base.checks import above_zero_problem, collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.traffic.volumes.interval import shared_interval
@@ -48,7 +48,7 @@ class AirVolume:
 
     def __post_init__(self) -> None:
         names = ("tau_s", "buffer_m", "buffer_height_m", "growth_mps")
-        problems = found(
+        problems = collect_problems(
             (
                 above_zero_problem("radius_m", self.radius_m),
                 above_zero_problem("half_height_m", self.half_height_m),

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Polygon
 
 from clearway.base.frames import FloatArray
 from clearway.view.film.scenes import Scenes
-from clearway.view.plot.flight import DASHES, EXECUTED, PLANNED, SEEN, WAY_OUT, WAYPOINT
+from clearway.view.plot.flight import DASHES, ESCAPE_COLOUR, EXECUTED, PLANNED, SEEN, WAYPOINT
 from clearway.view.plot.ground_plan import PIXELS, draw_ground_plan
 from clearway.view.plot.playback import MODES
 from clearway.view.plot.style import OWN
@@ -75,7 +75,7 @@ class Stage:
         self.flown = axes.plot([], [], color=EXECUTED, linewidth=1.8, label="flown")[0]
         self.plan = axes.plot([], [], color=PLANNED, linewidth=1.6, label="planned")[0]
         self.way = axes.plot(
-            [], [], color=WAY_OUT, linewidth=1.3, linestyle=DASHES, label="way out in hand"
+            [], [], color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES, label="way out in hand"
         )[0]
         goals = scenes.waypoints_m
         axes.plot(goals[:, 0], goals[:, 1], "s", color=WAYPOINT, markersize=6, label="waypoints")

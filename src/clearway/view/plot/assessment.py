@@ -15,8 +15,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.fusion import CellAssessment
-from clearway.avoidance.reach_rating import ReachAssessment
+from clearway.avoidance.rate.fusion import CellAssessment
+from clearway.avoidance.rate.reach_rating import ReachAssessment
 from clearway.avoidance.scene import SceneAssessment
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray

@@ -21,8 +21,8 @@ from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.plot.space import (
     Limits,
+    clip_line,
     column_in,
-    cut,
     frame_space,
     limits_around,
     name_height,
@@ -32,7 +32,7 @@ from clearway.view.plot.space import (
 from clearway.view.plot.style import halo
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
-WAY_OUT = "#088c82"
+ESCAPE_COLOUR = "#088c82"
 DASHES = (0, (4.0, 1.5))
 MOST_WAYS_OUT = 5
 """In a picture of a whole flight."""
@@ -186,11 +186,11 @@ def _draw_space(
     limits: Limits,
 ) -> None:
     axes.plot(*seen[within(seen, limits)].T, ".", color=SEEN, markersize=1.5, alpha=0.35)
-    axes.plot(*cut(flown, limits).T, color=EXECUTED, linewidth=1.8)
+    axes.plot(*clip_line(flown, limits).T, color=EXECUTED, linewidth=1.8)
     if planned is not None:
         axes.plot(*planned.T, color=PLANNED, linewidth=1.8)
     for way in ways:
-        axes.plot(*way.T, color=WAY_OUT, linewidth=1.3, linestyle=DASHES)
+        axes.plot(*way.T, color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES)
     for line in outline:
         axes.plot(*line.T, color="black", linewidth=0.7, linestyle="--")
     goals = run.mission.waypoints_m
@@ -235,7 +235,9 @@ def _draw_plane(
         axes.plot(planned[:, a], planned[:, b], color=PLANNED, linewidth=1.8, label="planned")
     for number, way in enumerate(ways):
         label = ("way out in hand" if len(ways) == 1 else "ways out") if number == 0 else None
-        axes.plot(way[:, a], way[:, b], color=WAY_OUT, linewidth=1.3, linestyle=DASHES, label=label)
+        axes.plot(
+            way[:, a], way[:, b], color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES, label=label
+        )
     for number, line in enumerate(outline):
         label = "field of view" if number == 0 else None
         axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)

@@ -20,7 +20,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
-from clearway.reach.coverage import smoothness
+from clearway.reach.choose.coverage import smoothness
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 from clearway.view.plot.space import name_height
 

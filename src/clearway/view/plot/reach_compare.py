@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from clearway.reach.comparison import Comparison, MethodRow, SpreadPoint
+from clearway.reach.compare.comparison import Comparison, MethodRow, SpreadPoint
 
 # Okabe-Ito, distinct to colour-blind eyes.
 LINES = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

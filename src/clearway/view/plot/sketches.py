@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
-from clearway.sensors.space import SpaceCells, SpaceClass
+from clearway.sensors.cells.space import SpaceCells, SpaceClass
 from clearway.view.plot.cells import cell_wedges
 from clearway.view.plot.space import name_height
 

@@ -39,7 +39,7 @@ def within(points_m: FloatArray, limits: Limits) -> BoolArray:
     return np.asarray(np.all((points_m >= limits[0]) & (points_m <= limits[1]), axis=1))
 
 
-def cut(line_m: FloatArray, limits: Limits) -> FloatArray:
+def clip_line(line_m: FloatArray, limits: Limits) -> FloatArray:
     """[n, 3] a line with NaN for the points beyond limits."""
     return np.where(within(line_m, limits)[:, None], line_m, np.nan)
 

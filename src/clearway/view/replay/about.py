@@ -10,7 +10,7 @@ import numpy as np
 from clearway.avoidance.past import VOXELS_IN_RANGE
 from clearway.avoidance.rules import GroundHeights
 from clearway.base.frames import FloatArray
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.base.packed import one_a_voxel
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
@@ -37,17 +37,18 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
     if traffic is not None:
         bodies = traffic.margin_m - run.safety_margin_m
         radii = {name: rounded(float(r)) for name, r in zip(traffic.names, bodies, strict=True)}
+    ground_m = settings.ground_height_m
     return {
         "format": FORMAT,
         "clearway": __version__,
         "name": mission.name,
         "planner": run.planner,
-        "rating": shown(settings.rating),
+        "rating": shorten_own_name(settings.rating),
         "threshold": settings.threshold,
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
         "speed_mps": setup.planner.speed_mps,
-        "ground_m": rounded(setup.ground_m),
+        "ground_m": None if ground_m is None else rounded(ground_m),
         "start_m": mission.start.position_m.tolist(),
         "waypoints_m": mission.waypoints_m.tolist(),
         "landing_m": mission.landing_m.tolist(),

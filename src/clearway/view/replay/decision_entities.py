@@ -11,14 +11,14 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.view.replay.entities import (
+    ESCAPE_RGB,
     PLANNED,
-    WAY_OUT,
     Rgb,
     color,
     entity,
     line,
     line_pieces,
-    points_of,
+    list_points,
     pose_of,
 )
 
@@ -44,7 +44,7 @@ FACES = (
 
 def plan(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The path that the decision means to fly, and the tube within which it is expected."""
-    points = points_of(decision.path_m)
+    points = list_points(decision.path_m)
     tube = _balls(decision.path_m, decision.tube_m)
     lines = [line(points, PLANNED, 3.0)]
     planned = entity("plan", at_ns, lines=lines, spheres=tube)
@@ -67,8 +67,8 @@ def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitiv
 
 def way_out(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The way out in hand, up to the end of its first round; nothing where there is none."""
-    points = points_of(decision.way_out_path_m)
-    lines = [line(points, WAY_OUT, 2.0)] if points else []
+    points = list_points(decision.way_out_path_m)
+    lines = [line(points, ESCAPE_RGB, 2.0)] if points else []
     return fox.SceneUpdate(entities=[entity("way out", at_ns, lines=lines)])
 
 
@@ -78,7 +78,7 @@ class CellScene:
     def __init__(self, grid: AvoidanceGrid) -> None:
         edges = np.meshgrid(*grid.edges, indexing="ij")
         corners = cartesian_from_spherical(np.stack(edges, axis=-1))
-        self._corners = points_of(corners.reshape(-1, 3))
+        self._corners = list_points(corners.reshape(-1, 3))
         index = np.arange(len(self._corners)).reshape(corners.shape[:3])
         self._of_cell = np.stack(
             [
@@ -134,7 +134,7 @@ class ReachScene:
         pitch = reach_set.start_pitch_rad
         if pitch not in self._ends:
             places = np.concatenate([reach_set.samples_m[:, -1], np.zeros((1, 3))])
-            self._ends[pitch] = points_of(places)
+            self._ends[pitch] = list_points(places)
         return self._ends[pitch]
 
 

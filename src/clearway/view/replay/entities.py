@@ -19,7 +19,7 @@ Rgb = tuple[float, float, float]
 Transforms = fox.FrameTransforms
 WORLD, VEHICLE = "world", "vehicle"
 PLANNED, EXECUTED, WAYPOINT = (0.84, 0.15, 0.16), (0.12, 0.37, 0.75), (0.18, 0.62, 0.31)
-WAY_OUT = (0.03, 0.55, 0.51)
+ESCAPE_RGB = (0.03, 0.55, 0.51)
 INTRUDER, POINT = (0.85, 0.15, 0.6), (0.75, 0.22, 0.17)
 KNOWN: dict[str, Rgb] = {
     "world": (0.80, 0.55, 0.35),
@@ -34,7 +34,7 @@ def color(rgb: Rgb, alpha: float = 1.0) -> fox.Color:
     return fox.Color(r=rgb[0], g=rgb[1], b=rgb[2], a=alpha)
 
 
-def moment(at_ns: int) -> fox.Timestamp:
+def make_timestamp(at_ns: int) -> fox.Timestamp:
     """Nanoseconds since 1970."""
     whole, rest = divmod(at_ns, 1_000_000_000)
     return fox.Timestamp(sec=whole, nsec=rest)
@@ -68,7 +68,7 @@ def transform(at_ns: int, place_m: FloatArray, turned: fox.Quaternion) -> fox.Fr
     return fox.FrameTransforms(
         transforms=[
             fox.FrameTransform(
-                timestamp=moment(at_ns),
+                timestamp=make_timestamp(at_ns),
                 parent_frame_id=WORLD,
                 child_frame_id=VEHICLE,
                 translation=vector(place_m),
@@ -83,7 +83,7 @@ def mounted(at_ns: int, name: str, position_m: FloatArray, attitude_rad: FloatAr
     return fox.FrameTransforms(
         transforms=[
             fox.FrameTransform(
-                timestamp=moment(at_ns),
+                timestamp=make_timestamp(at_ns),
                 parent_frame_id=VEHICLE,
                 child_frame_id=name,
                 translation=vector(position_m),
@@ -97,7 +97,7 @@ def location_fix(at_ns: int, place: FloatArray, state: FloatArray) -> fox.Locati
     """Latitude and longitude in degrees and height, for maps; state: [6], its yaw left of east."""
     latitude, longitude, height = place.tolist()
     return fox.LocationFix(
-        timestamp=moment(at_ns),
+        timestamp=make_timestamp(at_ns),
         frame_id=VEHICLE,
         latitude=latitude,
         longitude=longitude,
@@ -110,7 +110,7 @@ def point_cloud(at_ns: int, points_m: FloatArray, frame: str = WORLD) -> fox.Poi
     """Points [n, 3] of a frame as x, y, z of 4 bytes each."""
     kind = fox.PackedElementFieldNumericType.Float32
     return fox.PointCloud(
-        timestamp=moment(at_ns),
+        timestamp=make_timestamp(at_ns),
         frame_id=frame,
         pose=pose_of(np.zeros(3), np.zeros(3)),
         point_stride=12,
@@ -132,7 +132,7 @@ def log_line(at_ns: int, mode: Mode, text: str) -> fox.Log:
         Mode.AVOIDANCE: warning,
     }
     return fox.Log(
-        timestamp=moment(at_ns),
+        timestamp=make_timestamp(at_ns),
         level=level.get(mode, fox.LogLevel.Info),
         message=text,
         name="clearway",
@@ -157,9 +157,9 @@ def scene(mission: dict[str, Any], path_m: FloatArray, at_ns: int) -> fox.SceneU
             )
             for goal in goals
         ],
-        texts=[text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
+        texts=[draw_text(np.array(goal), str(at + 1), WAYPOINT) for at, goal in enumerate(goals)],
     )
-    flown = entity("flown", at_ns, lines=[line(points_of(path_m), EXECUTED, 2.0)])
+    flown = entity("flown", at_ns, lines=[line(list_points(path_m), EXECUTED, 2.0)])
     return fox.SceneUpdate(
         entities=[
             waypoints,
@@ -217,7 +217,7 @@ def _capsule(
     )
 
 
-def traffic(
+def draw_intruders(
     message: dict[str, Any], radius_m: dict[str, float], ahead_s: float, at_ns: int
 ) -> fox.SceneUpdate:
     """Intruders as balls with names, and arrows to where they will be `ahead_s` later."""
@@ -235,7 +235,7 @@ def traffic(
                 at_ns,
                 spheres=[ball],
                 arrows=_arrows(place, velocity * ahead_s, radius),
-                texts=[text(above, one["name"], INTRUDER)],
+                texts=[draw_text(above, one["name"], INTRUDER)],
             )
         )
     return fox.SceneUpdate(entities=entities)
@@ -262,7 +262,7 @@ def _arrows(place: FloatArray, way: FloatArray, radius: float) -> list[fox.Arrow
 
 
 def entity(name: str, at_ns: int, **primitives: Any) -> fox.SceneEntity:
-    return fox.SceneEntity(timestamp=moment(at_ns), frame_id=WORLD, id=name, **primitives)
+    return fox.SceneEntity(timestamp=make_timestamp(at_ns), frame_id=WORLD, id=name, **primitives)
 
 
 def line(points: list[fox.Point3], rgb: Rgb, width: float) -> fox.LinePrimitive:
@@ -289,7 +289,7 @@ def line_pieces(points: list[fox.Point3], pose: fox.Pose, paint: fox.Color) -> f
     )
 
 
-def text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
+def draw_text(place: FloatArray, text: str, rgb: Rgb) -> fox.TextPrimitive:
     return fox.TextPrimitive(
         pose=pose_of(place, np.zeros(3)),
         billboard=True,
@@ -304,6 +304,6 @@ def vector(values: Sequence[float] | FloatArray) -> fox.Vector3:
     return fox.Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
 
 
-def points_of(places_m: FloatArray) -> list[fox.Point3]:
+def list_points(places_m: FloatArray) -> list[fox.Point3]:
     """Of places [n, 3]; numbers of lists are taken several times as fast as those of arrays."""
     return [fox.Point3(x=x, y=y, z=z) for x, y, z in places_m.tolist()]

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.fusion import RATINGS, assess_cells
-from clearway.avoidance.planner import AvoidanceSettings
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.fusion import RATINGS, assess_cells
 from clearway.base.frames import FloatArray
 from clearway.base.made import Made
-from clearway.base.own_code import shown
+from clearway.base.own_code import shorten_own_name
 from clearway.base.packed import voxel_centers
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
@@ -97,7 +97,7 @@ def cells_message(decision: Decision, settings: AvoidanceSettings) -> dict[str, 
         rated = cells
         if name != settings.rating:
             rated = assess_cells(evidence, RATINGS[name], settings.unknown, settings.unknown_unseen)
-        values[f"{RATING}{shown(name)}"] = rated.rating
+        values[f"{RATING}{shorten_own_name(name)}"] = rated.rating
     flags = {"passed": reach.passed, "coated": evidence.coated, "seen": evidence.seen}
     message: dict[str, Any] = {"time_s": decision.state.time_s}
     message |= {name: np.round(value, DIGITS).tolist() for name, value in values.items()}

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.frames import FloatArray
-from clearway.view.replay.reading import Message, Recording
+from clearway.view.replay.reading import Recording, ReplayMessage
 from clearway.view.replay.schemas import CELL_FLAGS, CELL_QUANTITIES, RATING
 
 STATE_STEP_S = 0.2
@@ -69,7 +69,7 @@ def _joined(head: dict[str, Any], decisions: str, blocks: dict[str, Array]) -> b
     return struct.pack("<I", len(text)) + text + bytes(body)
 
 
-def _decision(message: Message) -> Message:
+def _decision(message: ReplayMessage) -> ReplayMessage:
     """What the panel tells of a decision; paths are flat, for there are many."""
     told = {name: value for name, value in message.items() if name not in FLAT}
     told["path_mm"] = _millimetres(message.get("path_m", []))
@@ -158,7 +158,7 @@ def _pack_reach(recording: Recording, blocks: dict[str, Array]) -> None:
         blocks["node_rating"] = np.concatenate([shares for *_, shares in rated])
 
 
-def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[Message]:
+def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[ReplayMessage]:
     """[n, 7] time, place and velocity of each; what the page must know of them."""
     tracks: dict[str, list[list[float]]] = {}
     for message in recording.intruders:
@@ -173,7 +173,7 @@ def _pack_intruders(recording: Recording, blocks: dict[str, Array]) -> list[Mess
     return told
 
 
-def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> Message | None:
+def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> ReplayMessage | None:
     """Each voxel that was ever seen, with the first and last decision that reckoned with it."""
     voxel = recording.mission["voxel_m"]
 
@@ -208,7 +208,7 @@ def _filled(recording: Recording) -> Iterator[FloatArray]:
     return (cloud for cloud in recording.points_m if len(cloud))
 
 
-def _pack_points(name: str, points_m: FloatArray, blocks: dict[str, Array]) -> Message | None:
+def _pack_points(name: str, points_m: FloatArray, blocks: dict[str, Array]) -> ReplayMessage | None:
     """Points [n, 3] in 16 bits an axis; None without any. place = origin + step * value."""
     if not len(points_m):
         return None

@@ -39,7 +39,7 @@ PACK_FROM = 1_000
 """Bytes of a message from which on it is kept packed."""
 PACKED = b"\x78"
 """What begins packed messages, and neither JSON nor a point cloud."""
-Message = dict[str, Any]
+ReplayMessage = dict[str, Any]
 T = TypeVar("T")
 
 
@@ -48,16 +48,16 @@ class Recording:
     """A run as it was written; messages in the order of their times."""
 
     source: str
-    mission: Message
-    states: Sequence[Message]
-    decisions: Sequence[Message]
-    cells: Sequence[Message]
+    mission: ReplayMessage
+    states: Sequence[ReplayMessage]
+    decisions: Sequence[ReplayMessage]
+    cells: Sequence[ReplayMessage]
     """One per decision; none in a run of a planner without cells. So with the next two."""
-    reach: Sequence[Message]
+    reach: Sequence[ReplayMessage]
     points_m: Sequence[FloatArray]
     """[n, 3] each: centres of the voxels with points that the decision reckoned with."""
-    reach_sets: Sequence[Message]
-    intruders: Sequence[Message]
+    reach_sets: Sequence[ReplayMessage]
+    intruders: Sequence[ReplayMessage]
     surveyed_m: FloatArray
     """[n, 3] points of a surveyed world, thinned."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from clearway.avoidance.fusion import RATINGS
+from clearway.avoidance.rate.fusion import RATINGS
 
 FORMAT = 1
 """Version of clearway's own messages; a reader refuses newer ones."""

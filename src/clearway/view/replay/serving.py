@@ -11,7 +11,7 @@ from clearway.base.errors import ClearwayError
 HOST = "127.0.0.1"
 
 
-def serve(page: str, port: int, ready: Callable[[str], None]) -> None:
+def serve_page(page: str, port: int, ready: Callable[[str], None]) -> None:
     """Serve the page until interrupted; calls `ready` with its address once it can be asked for.
 
     port: 0 takes any that is free. Raises ClearwayError where the port cannot be had.

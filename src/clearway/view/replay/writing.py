@@ -18,7 +18,7 @@ from clearway.base.version import __version__
 from clearway.live import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.sensors import Scan
-from clearway.sensors.lidar import Mounting
+from clearway.sensors.beams.lidar import Mounting
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.replay import schemas
@@ -279,7 +279,7 @@ class _Writer:
             return
         self._write_own(schemas.INTRUDERS, time_s, message)
         radii, at_ns = self.mission["intruder_radius_m"], self.nanoseconds(time_s)
-        scene = self.fox.traffic(message, radii, self.ahead_s, at_ns)
+        scene = self.fox.draw_intruders(message, radii, self.ahead_s, at_ns)
         self.scenes[schemas.INTRUDER_SCENE].log(scene, log_time=at_ns)
 
     def _write_own(self, topic: str, time_s: float, message: dict[str, Any]) -> None:

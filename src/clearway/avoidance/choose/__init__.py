@@ -1,0 +1,1 @@
+"""The choice among trajectories: candidates, tiers, and what leaves an escape."""

@@ -1,0 +1,1 @@
+"""What trajectories keep clear of, and how far they are from it."""

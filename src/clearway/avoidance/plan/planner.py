@@ -1,0 +1,200 @@
+"""What stays the same from decision to decision: reach sets and their costs, settings, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from clearway.avoidance.plan.costs import (
+    Prices,
+    StageCost,
+    TerminalCost,
+    curved_distance_to_go,
+    length_and_prices,
+)
+from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
+from clearway.avoidance.rules import MOST_RULES, Rule
+from clearway.base.brief import one_line
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.reach.escapes.library import EscapeLibrary
+from clearway.reach.store import ReachLibrary
+from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.automaton_performance import derive_performance
+from clearway.vehicle.performance import Performance
+
+
+def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
+    """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
+    return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
+
+
+def _without_turning_back(
+    prepared: PreparedReachSet, automaton: MovementAutomaton, previous: int, prices: Prices
+) -> PreparedReachSet:
+    """Turning back on the spot, after a turn there by the movement flown last, costs as much as
+    changing sides: who turns there sees another way at every turn, and would do so for ever."""
+    turns = np.array([m.yaw_rate_rps for m in automaton.movements]) * automaton.stands
+    back = (turns * turns[previous] < 0.0)[prepared.first_movement]
+    price_m = prices.other_side * automaton.step_m
+    return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """What stays the same from decision to decision: reach sets, costs, settings.
+
+    >>> import clearway as cw
+    >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
+    >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
+    >>> cw.Planner.of(library, cw.AvoidanceSettings(safety_margin_m=1.0))
+    Planner(9 movements up to 1 m/s, 5 reach sets to 10 m, margin 1 m, 0 rules)
+    """
+
+    automaton: MovementAutomaton
+    grid: AvoidanceGrid
+    _: KW_ONLY
+    prepared_sets: tuple[tuple[float, PreparedReachSet], ...]
+    """(start pitch, reach set with its costs), ascending."""
+    settings: AvoidanceSettings
+    terminal_cost: TerminalCost = curved_distance_to_go
+    rules: tuple[Rule, ...] = ()
+    """The most important first."""
+    rating: OwnRating | None = None
+    """The user's own, in place of the one that the settings name."""
+
+    @classmethod
+    def of(
+        cls,
+        library: ReachLibrary,
+        settings: AvoidanceSettings | None = None,
+        *,
+        stage_cost: StageCost = length_and_prices,
+        terminal_cost: TerminalCost = curved_distance_to_go,
+        rules: Sequence[Rule] = (),
+        rating: OwnRating | None = None,
+    ) -> Planner:
+        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
+
+        rules: the most important first; see `avoidance.rules`. rating: the user's own, in place of
+        the one that the settings name.
+        """
+        settings = settings or AvoidanceSettings()
+        automaton = library.automaton
+        if len(rules) > MOST_RULES:
+            raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
+        prepared_sets = tuple(
+            (
+                reach_set.start_pitch_rad,
+                PreparedReachSet.of(
+                    reach_set,
+                    settings.prices,
+                    stage_cost,
+                    automaton.room_to_turn_m,
+                    look_up_tube(automaton, reach_set),
+                ),
+            )
+            for reach_set in library.reach_sets
+        )
+        if automaton.pairs is not None:
+            prepared_sets = tuple(
+                (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
+                for previous, (pitch, prepared) in enumerate(prepared_sets)
+            )
+        if terminal_cost is curved_distance_to_go and automaton.climbs_ahead:
+            terminal_cost = partial(curved_distance_to_go, prices=settings.prices)
+        return cls(
+            library.automaton,
+            library.grid,
+            prepared_sets=prepared_sets,
+            settings=settings,
+            terminal_cost=terminal_cost,
+            rules=tuple(rules),
+            rating=rating,
+        )
+
+    def changed(self, **settings: Any) -> Planner:
+        """The same planner with other values of its settings, but for `prices`, which are part of
+        the prepared costs already."""
+        return replace(self, settings=replace(self.settings, **settings))
+
+    def __repr__(self) -> str:
+        return one_line(
+            "Planner",
+            (
+                f"{len(self.automaton.movements)} movements up to {self.speed_mps:g} m/s",
+                f"{len(self.prepared_sets)} reach sets to {self.grid.range_m:g} m",
+                f"margin {self.settings.safety_margin_m:g} m",
+                f"{len(self.rules)} rules",
+            ),
+        )
+
+    @cached_property
+    def cell_rating(self) -> Rating:
+        """How evidence becomes a rating."""
+        if self.rating is not None:
+            return own_rating("planner: rating", self.rating)
+        return rating_named(self.settings.rating)
+
+    @cached_property
+    def prices(self) -> Prices:
+        """Those of the settings, as they suit the vehicle."""
+        return self.settings.prices.suited(
+            can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
+        )
+
+    @cached_property
+    def speed_mps(self) -> float:
+        """Fastest speed of the automaton."""
+        return self.automaton.fastest_mps
+
+    @cached_property
+    def escapes(self) -> EscapeLibrary | None:
+        """Ways to stay safe for ever; None where none is asked for, or the vehicle has none."""
+        if self.settings.escape == Escape.OFF or not self.settings.verify:
+            return None
+        library = EscapeLibrary.of(self.automaton)
+        return library if library.exists else None
+
+    @cached_property
+    def performance(self) -> Performance:
+        """What the automaton can do in the next minute."""
+        return derive_performance(self.automaton)
+
+    @cached_property
+    def escape_reach_m(self) -> float:
+        """How far escapes lead; 0 where none is asked for."""
+        return 0.0 if self.escapes is None else self.automaton.step_m + self.escapes.reach_m
+
+    @cached_property
+    def horizon_s(self) -> float:
+        """How far ahead in time trajectories lead, at least what the range takes."""
+        longest = max(float(one.reach_set.end_time_s.max()) for _, one in self.prepared_sets)
+        return max(self.grid.range_m / self.speed_mps, longest)
+
+    def prepared_at(self, state: State) -> PreparedReachSet:
+        """The reach set whose start pitch is nearest, flown from the true attitude.
+
+        What is verified is then what is flown, from whatever attitude.
+        """
+        roll, pitch, _ = state.attitude_rad.tolist()
+        pairs = self.automaton.pairs
+        if pairs is not None:  # Rooted at each movement already.
+            return self.prepared_sets[pairs.names.index(pairs.previous(roll))][1]
+        return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
+
+    def prepared(self, pitch_rad: float) -> PreparedReachSet:
+        """The reach set whose start pitch is nearest; the flatter one of two."""
+        return min(
+            self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
+        )[1]

@@ -1,0 +1,1 @@
+"""What comes in: readings and their times, own states, scans, reports, the wind."""

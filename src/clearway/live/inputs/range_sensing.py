@@ -1,0 +1,310 @@
+"""What range sensors told: latest scans, memory of earlier ones, and who is believed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from clearway.avoidance.clear.hazards import PointHazards, no_points
+from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.planner import Planner
+from clearway.base.checks import vector_problem
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.grid_frame import GridFrame
+from clearway.base.state import State
+from clearway.live.dynamic_objects import (
+    DynamicObjectSettings,
+    Following,
+    follow,
+    forget_dynamic_objects,
+)
+from clearway.sensors import (
+    Court,
+    Detection,
+    Ground,
+    Lidar,
+    LidarSensor,
+    PointMemory,
+    RangeSensor,
+    Scan,
+    heard,
+    remember_reading,
+    unseen,
+)
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.traffic import Intruder
+
+MEMORY_REACH = 1.5
+"""How far away returns are remembered, in ranges of the grid."""
+SEEN_REACH = 1.2
+"""How far away free space is marked, in ranges of the grid or of escapes."""
+VOXEL_OF_MARGIN = 5.0 / 12.0
+"""Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
+MEMORY_VOXEL = 0.2
+"""Voxels in which returns are merged, as a share of the safety margin."""
+
+
+def voxel_m(margin_m: float, range_m: float) -> float:
+    """Width of the voxels of free space: fine beside the margin, few along the range."""
+    return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
+
+
+def free_space_for(
+    planner: Planner, start_m: FloatArray, complete_m: FloatArray | None = None
+) -> FreeSpace:
+    """Nothing seen yet, a ball about the start that counts as free, and where the way out may go by
+    the map, the box in which that is declared complete."""
+    settings = planner.settings
+    return FreeSpace(
+        voxel_m(settings.safety_margin_m, planner.grid.range_m),
+        start_m,
+        _start_free_m(planner),
+        reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
+        complete_m=complete_m if settings.escape == Escape.MAPPED else None,
+        span_m=settings.obstacles_span_m,
+    )
+
+
+def _start_free_m(planner: Planner) -> float:
+    declared_m = planner.settings.start_free_m
+    return planner.automaton.step_m if declared_m is None else declared_m
+
+
+class RangeSensing:
+    """All that scans have shown up to now; the arguments are those of `live.AvoidanceSystem`."""
+
+    def __init__(
+        self,
+        planner: Planner,
+        sensors: Mapping[str, RangeSensor],
+        *,
+        start_m: FloatArray,
+        complete_m: FloatArray | None = None,
+    ) -> None:
+        self.sensors = sensors
+        self.sigma_m = min((sensor.sigma_m for sensor in sensors.values()), default=0.0)
+        """Standard deviation of the range of the best sensor; 0 without any."""
+        self._planner = planner
+        ground = planner.settings.ground_height_m
+        self._ground_m = -np.inf if ground is None else ground
+        self._scans: dict[str, Scan] = {}
+        margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
+        settings = DynamicObjectSettings.of(margin, planner.speed_mps)
+        self._following = Following(settings) if planner.settings.follow_movers else None
+        self.free_space: FreeSpace | None = None
+        """What was seen to be free: ways out have to lead through it, or at least those out of
+        dead ends are sought in it."""
+        mapped = planner.settings.escape == Escape.MAPPED and complete_m is not None
+        if (sensors or mapped) and planner.escapes is not None:
+            self.free_space = free_space_for(planner, start_m, complete_m)
+        self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
+        """How far from the vehicle nothing is forgotten but on evidence."""
+        # One each: no sensor wipes out what another has seen.
+        empty = PointMemory.empty(
+            MEMORY_VOXEL * margin,
+            planner.settings.memory_s,
+            reach_m=self.memory_reach_m,
+            smallest_m=planner.settings.smallest_object_m or 0.0,
+        )
+        self._memories = dict.fromkeys(sensors, empty)
+        # Alone, a sensor has nobody to contradict it.
+        court = Court.of(sensors, margin, reach, planner.speed_mps)
+        self._court = court if len(sensors) > 1 else None
+
+    # --- scans ----------------------------------------------------------------------------
+
+    def flaw_of(self, scan: Scan) -> str | None:
+        """Why a scan cannot be used, or None."""
+        if scan.sensor in self._scans and scan.time_s <= self._scans[scan.sensor].time_s:
+            return "scan: late or repeated"
+        return None
+
+    def take(self, scan: Scan, state: State) -> Mapping[str, int]:
+        """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
+        self._scans[scan.sensor] = scan
+        sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
+        self._memories[scan.sensor] = remember_reading(
+            self._memories[scan.sensor],
+            sensor,
+            scan,
+            state,
+            tolerance_m=sigmas * state.position_std_m,
+            angle_rad=sigmas * state.attitude_std_rad,
+            ground_m=self._ground_m,
+        )
+        if self._court is not None:
+            self._court = heard(
+                self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
+            )
+        if self.free_space is not None and self.believes(scan.sensor):
+            self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
+            # What is declared free is so only as far as nothing is seen to stand there.
+            near = self._memories[scan.sensor].near(*self.free_space.start)
+            self.free_space.withdraw_start(*near)
+        if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
+            self._follow(sensor.lidar, scan, state)
+        return _left_out(self._memories[scan.sensor])
+
+    def begin_at(self, place_m: FloatArray) -> None:
+        """Count the ball about another place than the start as free, where the vehicle is handed
+        over elsewhere; never over a return. Raises ClearwayError for what is no place."""
+        problem = vector_problem("begin_at", place_m, 3)
+        if problem:
+            raise ClearwayError(problem)
+        free = self.free_space
+        if free is None:
+            return
+        middle_m, radius_m = free.start
+        within_m = radius_m - self._planner.settings.body_radius_m
+        if float(np.linalg.norm(place_m - middle_m)) <= within_m:
+            return
+        free.begin_at(place_m, _start_free_m(self._planner))
+        for _, memory in self._believed_memories():
+            free.withdraw_start(*memory.near(*free.start))
+
+    def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
+        """Find what moves, and leave no ghost of it behind."""
+        if self._following is None:
+            return
+        sigmas = self._planner.settings.sigmas
+        following = follow(
+            self._following, lidar, scan, state, sigmas=sigmas, ground_m=self._ground_m
+        )
+        self._following = following
+        self._memories = {
+            name: forget_dynamic_objects(memory, following)
+            for name, memory in self._memories.items()
+        }
+
+    # --- who is believed ------------------------------------------------------------------
+
+    def believes(self, name: str) -> bool:
+        """Whether a sensor counts at all."""
+        return self._court is None or self._court.believes(name)
+
+    @property
+    def trust(self) -> dict[str, float]:
+        """Present trust by sensor; what is not believed at all is at 0."""
+        if self._court is None:
+            return {name: sensor.standing.trust for name, sensor in self.sensors.items()}
+        return {
+            name: record.trust if record.believed else 0.0
+            for name, record in self._court.records.items()
+        }
+
+    # --- what is known now ----------------------------------------------------------------
+
+    @property
+    def sees_m(self) -> float:
+        """How far the LiDAR that sees farthest shows its way to be free; 0 without any."""
+        lidars = (each.lidar for each in self.sensors.values() if isinstance(each, LidarSensor))
+        return max((lidar.clears_to_m for lidar in lidars), default=0.0)
+
+    @property
+    def dynamic_objects(self) -> list[Intruder]:
+        """Bodies that have proved to move."""
+        return [] if self._following is None else self._following.intruders()
+
+    def silent(self, now_s: float) -> list[str]:
+        """Names of the sensors without a fresh scan."""
+        return [name for name in self.sensors if not self._is_fresh(name, now_s)]
+
+    @property
+    def last_scan_s(self) -> float | None:
+        """Time of the latest scan of any sensor; None before the first."""
+        return max((scan.time_s for scan in self._scans.values()), default=None)
+
+    def usable_scans(self, now_s: float) -> dict[str, Scan]:
+        """By sensor, the latest scan of those that are fresh and believed."""
+        return {
+            name: self._scans[name]
+            for name in self.sensors
+            if self._is_fresh(name, now_s) and self.believes(name)
+        }
+
+    def _is_fresh(self, name: str, now_s: float) -> bool:
+        fresh_s = self._planner.settings.scan_s
+        return name in self._scans and now_s - self._scans[name].time_s <= fresh_s
+
+    def detections(
+        self, scans: Mapping[str, Scan], frame: GridFrame, own_state_at: Callable[[float], State]
+    ) -> list[Detection]:
+        """One per sensor, in a grid's frame; without a scan all is unseen."""
+        return [
+            self._detection(scans[name], frame, own_state_at(scans[name].time_s))
+            if name in scans
+            else unseen(self._planner.grid, sensor)
+            for name, sensor in self.sensors.items()
+        ]
+
+    def _detection(self, scan: Scan, frame: GridFrame, pose: State) -> Detection:
+        """pose: the own state when the scan was taken."""
+        detection = self.sensors[scan.sensor].detect(
+            self._planner.grid,
+            scan,
+            grid_from_body=frame.grid_from_body(pose),
+            rule=self._planner.settings.detection,
+            ground=self._ground(frame),
+        )
+        if self._court is None:
+            return detection
+        return detection.weighing(self._court.records[scan.sensor].weight)
+
+    def _ground(self, frame: GridFrame) -> Ground | None:
+        """Ground that is no obstacle, as the grid of a decision sees it."""
+        if self._ground_m == -np.inf:
+            return None
+        return Ground(frame.up, self._ground_m - float(frame.origin_m[2]), 0.0)
+
+    def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
+        """Points of this and earlier scans that a trajectory from there could come near to.
+
+        Those of sensors that measure worse than the best are grown by the difference here, since a
+        decision grows all alike.
+        """
+        settings = self._planner.settings
+        reach = max(self._planner.grid.range_m, self._planner.escape_reach_m)
+        reach += max(2.0 * settings.safety_margin_m, margin_m)
+        best = self.sigma_m
+        near = []
+        for name, memory in self._believed_memories():
+            place, radius = memory.near(position_m, reach)
+            worse = self.sensors[name].sigma_m - best
+            near.append((place, radius + settings.point_sigmas * worse if worse else radius))
+        return _together(near)
+
+    @property
+    def remembered(self) -> PointHazards:
+        """What is told of this and earlier scans."""
+        return _together([memory.told for _, memory in self._believed_memories()])
+
+    def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
+        return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
+
+
+def _left_out(memory: PointMemory) -> Mapping[str, int]:
+    """What the latest sweep made a memory leave out, or hold more coarsely."""
+    if not (memory.merged or memory.dropped or memory.too_small):
+        return {}
+    return +Counter(
+        {
+            "memory: merged into coarser balls, for want of room": memory.merged,
+            "memory: out of reach and forgotten, for want of room": memory.dropped,
+            "memory: returns of less than smallest_object_m": memory.too_small,
+        }
+    )
+
+
+def _together(balls: Sequence[tuple[FloatArray, FloatArray]]) -> PointHazards:
+    """Balls of several sensors as one."""
+    if len(balls) == 1:
+        return PointHazards(*balls[0])
+    if not balls:
+        return no_points()
+    return PointHazards(
+        np.concatenate([place for place, _ in balls]),
+        np.concatenate([radius for _, radius in balls]),
+    )

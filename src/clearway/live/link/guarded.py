@@ -1,0 +1,44 @@
+"""What a guardian says: what is to be flown now, whether it is the wish, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from clearway.avoidance.decision import Decision
+from clearway.avoidance.plan.held_escape import WayOut
+from clearway.base.brief import one_line
+from clearway.base.frames import FloatArray
+from clearway.live.link.set_point import SetPoint
+
+
+@dataclass(frozen=True, eq=False)
+class Guarded:
+    """What is to be flown now, and why."""
+
+    time_s: float
+    passed: bool
+    """Whether it is what was wished, unchanged."""
+    set_point: SetPoint
+    """Where to be, how fast, and where to point now; world frame."""
+    velocity_mps: FloatArray
+    """[3] to be flown, world frame: of a wish that passed the wished one."""
+    yaw_rate_rps: float
+    """Of the nose, left positive."""
+    why: str
+    margin_m: float
+    """That is asked now."""
+    way_out: WayOut | None
+    """What is flown if nothing better is found from now on."""
+    slowed: bool = False
+    """Whether it is the wish, only slower: the vehicle is not that fast."""
+    decision: Decision | None = None
+    """That took the place of the wish, where one was taken now."""
+
+    @property
+    def is_wish(self) -> bool:
+        """Whether what was wished is flown, at its speed or slower."""
+        return self.passed or self.slowed
+
+    def __repr__(self) -> str:
+        what = "passed" if self.passed else "slowed" if self.slowed else "replaced"
+        return one_line("Guarded", (f"{self.time_s:g} s", what, self.why))

@@ -1,0 +1,1 @@
+"""What every decision of a flight is reported with: its mode, words, alarms, alerts."""

@@ -1,0 +1,86 @@
+"""Before take-off: whether beams are fine enough for the thinnest thing to keep clear of.
+
+A thing that is thinner than beams lie apart may stand between them. What matters is how far apart
+they lie where the vehicle must have seen it at the latest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.avoidance.plan.planner import Planner
+from clearway.sensors import Lidar
+
+MILLIMETRES = 1e3
+
+
+def turning_distance_m(planner: Planner) -> float:
+    """How far ahead something must be seen to be passed with the margin.
+
+    One movement until the next decision, then a turn away: on a circle of the turning radius that
+    begins at a distance d, the nearest to a point straight ahead is sqrt(d^2 + R^2) - R. Without
+    a radius, of what can stop, that is d.
+    """
+    automaton, margin = planner.automaton, planner.settings.safety_margin_m
+    radius = automaton.room_to_turn_m
+    if not np.isfinite(radius):
+        return planner.grid.range_m
+    needed = automaton.step_m + float(np.sqrt(margin * (margin + 2.0 * radius)))
+    return min(needed, planner.grid.range_m)
+
+
+def thickness_held_m(planner: Planner, lidars: Sequence[Lidar]) -> float:
+    """Thickness that no beam pattern misses at the turning distance, of the finest LiDAR.
+
+    Infinite where none looks that far.
+    """
+    distance = turning_distance_m(planner)
+    return min(
+        (
+            lidar.pattern.spacing_rad * distance
+            for lidar in lidars
+            if lidar.pattern.max_range_m >= distance
+        ),
+        default=np.inf,
+    )
+
+
+def too_coarse(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
+    """Why the beams cannot hold `smallest_object_m`; None if they can, or nothing is declared."""
+    smallest = planner.settings.smallest_object_m
+    held = thickness_held_m(planner, lidars)
+    if smallest is None or held <= smallest:
+        return None
+    distance = turning_distance_m(planner)
+    enough = f"beams {_down(np.degrees(smallest / distance))} deg apart would do"
+    if not np.isfinite(held):
+        return (
+            f"safety.smallest_object_m = {smallest:g}: no LiDAR looks as far as the turning "
+            f"distance of {distance:.2f} m; {enough}"
+        )
+    return (
+        f"safety.smallest_object_m = {smallest:g}: at the turning distance of {distance:.2f} m the "
+        f"beams lie {MILLIMETRES * held:.3g} mm apart ({np.degrees(held / distance):.3g} deg), so "
+        f"that something {MILLIMETRES * smallest:.3g} mm thick may stand between them; {enough}, "
+        f"or a smallest object of {np.ceil(MILLIMETRES * held) / MILLIMETRES:g} m"
+    )
+
+
+def _down(value: float) -> str:
+    """Three digits that do not claim more than there is."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 2.0)
+    return f"{np.floor(value / unit * (1.0 + 1e-12)) * unit:.6g}"
+
+
+def what_beams_hold(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
+    """What the log says where nothing is declared; None without a LiDAR, or if it is declared."""
+    held = thickness_held_m(planner, lidars)
+    if planner.settings.smallest_object_m is not None or not np.isfinite(held):
+        return None
+    return (
+        f"safety.smallest_object_m is not declared: at the turning distance of "
+        f"{turning_distance_m(planner):.2f} m the beams hold things {MILLIMETRES * held:.3g} mm "
+        "thick or more; thinner ones may stand between them"
+    )

@@ -1,0 +1,231 @@
+"""Before take-off: the flight straight on, in empty air, that pre-flight promises rest on.
+
+It is tried, not calculated: at every movement an escape through what was seen is looked for. What
+cannot hold there holds nowhere. A vehicle flies it from its true start, since its place within the
+voxels of seen space and its heading decide which voxels beams mark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count, product, takewhile
+
+import numpy as np
+
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.evidence import gather_in_reach
+from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.situation import Situation
+from clearway.base.frames import FloatArray, compute_rotation, measure_length
+from clearway.base.state import State
+from clearway.live.inputs.range_sensing import free_space_for, voxel_m
+from clearway.reach.escapes.library import EscapeLibrary
+from clearway.sensors import AnySensor, Scan, range_sensors
+from clearway.sensors.observed.free_space import FreeSpace
+
+NEARLY = 0.03
+"""Slope and turn (rad) that a measured movement straight on may have."""
+SETTLED = 6
+"""Movements in a row that must have an escape."""
+MOST_TRIED = 200
+"""Movements of one trial."""
+STARTS, FIRSTS = 24, 2
+"""Places within a voxel, each with a heading, from which a vehicle that can stop has to leave; and
+first movements from each, by turns, that must lead on."""
+SPARES = (0.0, 0.25, 0.5)
+"""Of a voxel, by which the start ball is less in a trial, by turns. It has to do with all of them:
+a wider one may let a vehicle rise to where it sees no way on, which a smaller one did not."""
+FINER = 0.5
+"""Of a voxel: steps in which the start ball is widened."""
+SPREAD = 1.0 / 1.1673039782614187 ** np.arange(1, 5)
+"""Multiples of these, without their whole parts, fill a box of four sides evenly (Roberts' R4)."""
+ORIGIN = State(np.zeros(3))
+
+
+def settles(
+    planner: Planner,
+    library: EscapeLibrary,
+    sensors: Sequence[AnySensor],
+    start: State = ORIGIN,
+) -> int | None:
+    """Return the movements, straight on from a start, until there is an escape for good.
+
+    Parameters
+    ----------
+    start
+        Position (m, world frame) and heading; the flight is level.
+
+    Returns
+    -------
+    int or None
+        The most that any side needs which the wind may come from; None where one never has any.
+    """
+    after = 0
+    for wind_mps in _winds(planner):
+        settled = _settled(_Trial(planner, library, sensors, wind_mps), start)
+        if settled is None:
+            return None
+        after = max(after, settled)
+    return after
+
+
+def start_ball_m(planner: Planner, library: EscapeLibrary, sensors: Sequence[AnySensor]) -> float:
+    """Return how far about the start has to count as free for a vehicle that can stop to leave it.
+
+    Between the ball about the vehicle and what sensors see of the body's whole way lies what nobody
+    can look at; how much of it depends on where the start lies within its voxel, and on the
+    heading. A vehicle that cannot stop flies through it before it has an escape. One that can holds
+    its place, and would stay. So the ball has to do for every place and heading, and for wherever a
+    first movement leads.
+
+    Returns
+    -------
+    float
+        Radius (m): at least what the settings declare, or the length of a movement; infinite where
+        no ball within the range of the grid will do.
+    """
+    declared_m, range_m = planner.settings.start_free_m, planner.grid.range_m
+    least_m = planner.automaton.step_m if declared_m is None else declared_m
+    wide_m = voxel_m(planner.settings.safety_margin_m, range_m)
+    starts, winds, failed = _some_starts(wide_m), _winds(planner), 0
+    for ball_m in takewhile(lambda r: r <= max(range_m, least_m), count(least_m, FINER * wide_m)):
+        spared = [with_start_ball(planner, max(ball_m - s * wide_m, 0.0)) for s in SPARES]
+        order = [(failed + n) % STARTS for n in range(STARTS)]  # What failed last comes first.
+        stays = next(
+            (
+                n
+                for n, wind in product(order, winds)
+                if not _leaves(
+                    _Trial(spared[n % len(SPARES)], library, sensors, wind), starts[n], FIRSTS * n
+                )
+            ),
+            None,
+        )
+        if stays is None:
+            return ball_m
+        failed = stays
+    return float(np.inf)
+
+
+def with_start_ball(planner: Planner, radius_m: float) -> Planner:
+    """Return the planner of a flight whose start declares a ball of so many metres free."""
+    return planner.changed(start_free_m=radius_m)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A flight in empty air."""
+
+    planner: Planner
+    library: EscapeLibrary
+    sensors: Sequence[AnySensor]
+    wind_mps: FloatArray
+    """[3] world frame."""
+
+    def begins(self, start: State) -> State:
+        """Level, as the first decision takes it."""
+        level = State(start.position_m, np.array([0.0, 0.0, start.attitude_rad[2]]))
+        return self.library.automaton.after(level, None)
+
+    def flown(self, state: State, movement: int) -> State:
+        """Where a movement leads."""
+        roll, pitch, yaw = state.attitude_rad.tolist()
+        legs, automaton = self.library.legs, self.library.automaton
+        end = legs.path[self.library.nearest(roll, pitch), movement, -1]
+        lasts_s = float(legs.duration_s[movement])
+        moved_m = compute_rotation(0.0, 0.0, yaw) @ end[:3] + lasts_s * self.wind_mps
+        there = State(
+            state.position_m + moved_m,
+            np.array([0.0, 0.0, yaw + end[3]]),
+            time_s=state.time_s + lasts_s,
+        )
+        return automaton.after(there, automaton.names[movement])
+
+    def look(self, free: FreeSpace, state: State) -> WaysOut:
+        """Mark what a sweep of each sensor shows, and look for escapes."""
+        for name, sensor in range_sensors(self.sensors).items():
+            free.take(sensor, Scan(np.zeros((0, 3)), state.time_s, sensor=name), state)
+        ahead = compute_rotation(*state.attitude_rad.tolist()) @ np.array([1.0, 0.0, 0.0])
+        target_m = state.position_m + 1e3 * self.planner.grid.range_m * ahead
+        wind_mps = self.wind_mps
+        situation = Situation(state, target_m=target_m, seen=free.seen, wind_mps=wind_mps)
+        near = gather_in_reach(self.planner, situation)
+        return WaysOut(self.planner, self.library, situation, near)
+
+    @cached_property
+    def straight(self) -> int | None:
+        """The movement that leads farthest straight on in level flight."""
+        automaton, legs = self.library.automaton, self.library.legs
+        ends = legs.path[0, :, -1]
+        if automaton.pairs is not None:  # No measured way is quite straight, or quite level.
+            level = np.abs(ends[:, 2]) <= NEARLY * ends[:, 0]
+            ahead = (np.abs(ends[:, 3]) <= NEARLY) & level
+        else:
+            ahead = (np.abs(ends[:, 3]) < 1e-9) & (legs.following[0] == 0)
+        if not ahead.any():
+            return None
+        return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))
+
+    @cached_property
+    def onward(self) -> list[int]:
+        """The movements that lead ahead."""
+        return np.flatnonzero(self.library.legs.path[0, :, -1, 0] > 0.0).tolist()
+
+
+def _settled(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
+    """As `settles`, in one wind, within so many movements."""
+    planner, straight = trial.planner, trial.straight
+    if straight is None:
+        return None
+    state, free = trial.begins(start), free_space_for(planner, start.position_m)
+    moved_m = measure_length(trial.flown(state, straight).position_m - state.position_m)
+    reach_m = planner.grid.range_m + planner.escape_reach_m
+    all_seen = SETTLED + int(np.ceil(2.0 * reach_m / max(moved_m, 1e-9)))
+    most, held = min(most, all_seen), 0
+    for at in range(most):
+        held = held + 1 if trial.look(free, state).after(straight) is not None else 0
+        if held == SETTLED:
+            return at + 1 - SETTLED
+        if at - held + SETTLED >= most:
+            return None
+        state = trial.flown(state, straight)
+    return None
+
+
+def _leaves(trial: _Trial, start: State, first: int) -> bool:
+    """Whether a vehicle that can stop leaves a start, straight on and wherever some of its other
+    first movements lead; first: the number of the first one of those."""
+    if _settled(trial, start, SETTLED) != 0:
+        return False
+    here, onward = trial.begins(start), trial.onward
+    free = free_space_for(trial.planner, start.position_m)
+    ways = trial.look(free, here)
+    for number in range(first, first + FIRSTS):
+        movement = onward[number % len(onward)]
+        if ways.after(movement) is None:
+            continue
+        free = free_space_for(trial.planner, start.position_m)
+        trial.look(free, here)
+        there = trial.look(free, trial.flown(here, movement))
+        if all(there.after(next_one) is None for next_one in onward):
+            return False
+    return True
+
+
+def _some_starts(wide_m: float) -> list[State]:
+    """Starts that differ by where in a voxel they lie, and by their heading."""
+    shares = np.arange(STARTS)[:, None] * SPREAD % 1.0
+    return [
+        State(wide_m * share[:3], np.array([0.0, 0.0, 2.0 * np.pi * share[3]])) for share in shares
+    ]
+
+
+def _winds(planner: Planner) -> list[FloatArray]:
+    """The wind that is known before take-off, from all sides."""
+    x, y, z = planner.settings.wind_mps
+    speed = float(np.hypot(x, y))
+    if not speed:
+        return [np.array([0.0, 0.0, z])]
+    return [np.array([a * speed, b * speed, z]) for a, b in ((1, 0), (0, 1), (-1, 0), (0, -1))]

@@ -1,0 +1,1 @@
+"""What is flown where flying on brings no progress."""

@@ -1,0 +1,83 @@
+"""With `escape = "known"`: for how long ways out through seen space are insisted on.
+
+While the goal comes nearer, or might, ways out lead through what was seen to be free, as with
+`strict`. Where it has not come nearer for some full circles' time, what nobody has seen counts as
+free and no way out is asked for, until the goal is reached or that has come to nothing as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.planner import Planner
+from clearway.base.frames import measure_length
+from clearway.live.knowledge import Knowledge
+from clearway.live.mission import Progress
+from clearway.live.recovery.dead_end import MISSED, full_circle, straight_again
+
+PATIENCE, LONGEST = 1.5, 10.0
+"""Full circles' time in vain after which the other way is tried, and without the goal coming nearer
+though ways to it did."""
+
+
+@dataclass(frozen=True, slots=True)
+class Boldness:
+    """Whether ways out are insisted on no more, since when, and for which goal."""
+
+    bold: bool = False
+    since_s: float = 0.0
+    goal: int = 0
+    finer: bool = False
+    """Whether insisting has come to nothing once: ways are looked for in finer cells ever since."""
+
+    def after(self, progress: Progress, now_s: float, turn_s: float) -> Boldness:
+        """At a moment; turn_s: time of a full circle."""
+        if progress.goal != self.goal:
+            return Boldness(since_s=now_s, goal=progress.goal)
+        idle_s = now_s - max(progress.nearest_s, self.since_s)
+        if progress.in_vain_s <= PATIENCE * turn_s and idle_s <= LONGEST * turn_s:
+            return self
+        return Boldness(not self.bold, now_s, self.goal, finer=True)
+
+
+class Insistence:
+    """Who decides from moment to moment: a planner that insists, or one that does not."""
+
+    def __init__(self, planner: Planner) -> None:
+        self._careful = planner.changed(escape=Escape.STRICT)
+        self._bold = planner.changed(escape=Escape.OFF)
+        self._now = Boldness()
+
+    @property
+    def bold(self) -> bool:
+        """Whether ways out are insisted on no more."""
+        return self._now.bold
+
+    def decides(self, knowledge: Knowledge, now_s: float, *, blind: bool = False) -> Planner:
+        """Who does at a moment; where that changes, all ways are tried once more.
+
+        blind: whether no sensor tells anything: who sees nothing insists, whatever came to nothing.
+        """
+        if blind:
+            return self._careful
+        assert knowledge.routes is not None  # Seen space is kept where ways out need it.
+        before, (radius, turn_s) = self._now, full_circle(knowledge)
+        now = self._now = before.after(knowledge.progress, now_s, turn_s)
+        routes = knowledge.routes.use(finer=now.finer)
+        if (now.bold, now.finer) != (before.bold, before.finer):
+            knowledge.progress = self._anew(knowledge, now_s, MISSED * radius)
+            routes.try_all_again()
+        return self._bold if self.bold else self._careful
+
+    def _anew(self, knowledge: Knowledge, now_s: float, near_m: float) -> Progress:
+        """Progress straight for the goal; by who insists no more the best way at once, since that
+        may be a gap far behind, unless the goal is near."""
+        before, place_m = knowledge.progress, knowledge.own_states.latest.position_m
+        anew = straight_again(before, now_s)
+        away_m = measure_length(knowledge.mission.goals_m[before.goal] - place_m)
+        if self.bold and before.stuck_m is not None and away_m > near_m:
+            return replace(anew, stuck_m=before.stuck_m, planned_s=-np.inf)
+        return anew

@@ -1,0 +1,1 @@
+"""What scans say of every cell: hits, hindrance, visibility, inflation, spaces."""

@@ -1,0 +1,1 @@
+"""Point memory: what is remembered of returns, and what later sweeps say against it."""

@@ -1,0 +1,1 @@
+"""Space that was observed to be free: voxels of the world that beams crossed."""

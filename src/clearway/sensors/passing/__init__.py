@@ -1,0 +1,1 @@
+"""What beams pass and what stops them: remembered points, bodies, least widths."""
