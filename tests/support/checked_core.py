@@ -21,6 +21,8 @@ from typing import Any, Literal
 import numpy as np
 
 Reference = Literal["numba", "python"]
+UNFILLED = {"clearway.obstacles.near_cells.near_cells"}
+"""Loops that return room for others to fill: whatever was there before is in it."""
 CHECKED = "CLEARWAY_CHECKED"
 """Of the environment: the reference of the first calls in every process that loads this module."""
 WITHIN = {"numba": 0.0, "python": 1e-12}
@@ -48,7 +50,8 @@ class CheckedLoop:
         again: Any = _copied(given, {})
         answer = _outcome(self._core, *given)
         expected = _outcome(self._book.reference_of(self), *again)
-        self._book.compare(self.name, "result", answer, expected)
+        if self.name not in UNFILLED:
+            self._book.compare(self.name, "result", answer, expected)
         self._book.compare(self.name, "argument", given, again)
         if isinstance(answer, Exception):
             raise answer
