@@ -109,27 +109,33 @@ class Program:
             yield ".".join(path.relative_to(self.source).with_suffix("").parts)
 
     def used(self) -> set[Kernel]:
-        """Loops that code calls which is none."""
+        """Loops that code calls which is none; those that a package hands on are public anyway."""
         if self._used is None:
+            homes = {each.module for each in self.kernels()}
+            words = re.compile("|".join(sorted(map(re.escape, homes), key=len, reverse=True)))
             self._used = set()
-            words = re.compile(rf"\b({'|'.join({each.name for each in self.kernels()})})\b")
             for module in self._modules():
-                if not words.search(self.path(module).read_text(encoding="utf-8")):
-                    continue
-                for statement in self.names(module).values():
-                    if not _is_kernel(statement):
-                        self._used |= set(self._named(module, statement, words))
+                text = self.path(module).read_text(encoding="utf-8")
+                if module in homes or words.search(text):
+                    self._used |= set(self._called_in(module))
         return self._used
 
-    def _named(self, module: str, statement: ast.stmt, words: re.Pattern[str]) -> Iterator[Kernel]:
-        for each in ast.walk(statement):
-            if isinstance(each, ast.Name) and words.fullmatch(each.id):
+    def _called_in(self, module: str) -> Iterator[Kernel]:
+        names = self.names(module)
+        kernels = {}
+        for name, statement in names.items():
+            if isinstance(statement, ast.FunctionDef | ast.ImportFrom):
                 try:
-                    found = self.resolve(module, each.id)
+                    found = self.resolve(module, name)
                 except NotTranslatableError:
                     continue
                 if isinstance(found, Kernel):
-                    yield found
+                    kernels[name] = found
+        for statement in dict.fromkeys(names.values()) if kernels else ():
+            if not _is_kernel(statement):
+                for each in ast.walk(statement):
+                    if isinstance(each, ast.Name) and each.id in kernels:
+                        yield kernels[each.id]
 
     def resolve(self, module: str, name: str) -> Any:
         """What a name means in a module: a loop, a record, an assignment, or a library's object."""
