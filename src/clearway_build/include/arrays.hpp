@@ -15,7 +15,7 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
-#define RT_INLINE inline __attribute__((always_inline))
+#define RT_INLINE inline
 
 using f64 = double;
 using i64 = std::int64_t;
