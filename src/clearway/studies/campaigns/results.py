@@ -62,7 +62,8 @@ def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
 
     try:
         with naming(path, "read"):
-            table = pq.read_table(path, use_threads=False)  # A forked process has none.
+            # `read_table` waits for threads even so, of which a forked process has none.
+            table = pq.ParquetFile(path).read(use_threads=False)
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
     missing = [name for name in COLUMNS if name not in table.column_names]
