@@ -20,7 +20,6 @@ from clearway.avoidance.escape.finder import STANDING, WaysOut
 from clearway.avoidance.escape.legs import EscapeTerms, leg_keeps
 from clearway.avoidance.escape.terms import carried_m, make_escape_terms
 from clearway.avoidance.plan.evidence import gather_in_reach
-from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
 from clearway.base.state import IntArray
@@ -39,7 +38,6 @@ CELL_STEPS = 0.3
 """Width of a cell in which places are one, in movements."""
 
 
-@compiled
 def leads_on(
     pose: FloatArray,
     attitude: int,
@@ -85,7 +83,6 @@ def leads_on(
     return to[:count], True
 
 
-@compiled
 def _key(pose: FloatArray, attitude: int, cell_m: float) -> tuple[int, int, int, int, int]:
     """Of the cell that a pose lies in, with its heading."""
     turned = int(np.round(pose[3] / (np.pi / 36.0))) % 72
