@@ -54,8 +54,8 @@ def build_core(root: Path, target: Target = HERE, flavour: str = "fast") -> Buil
     Everything is written into `build/core` of the checkout. Raises BuildError.
     """
     began = time.perf_counter()
-    headers, compiler = find_headers(), find_compiler(target)
     work, source = root / "build" / "core", root / "src"
+    headers, compiler = find_headers(work / "headers"), find_compiler(target)
     folder = work / f"{target.folder}-{flavour}"
     folder.mkdir(parents=True, exist_ok=True)
     flags = (*FLAGS, *FLAVOURS[flavour])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sysconfig
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +20,11 @@ class Headers:
     versions: str
 
 
-def find_headers() -> Headers:
-    """Return the folders of headers; raises BuildError with what is absent and what to type."""
+def find_headers(made: Path) -> Headers:
+    """Return the folders of headers; raises BuildError with what is absent and what to type.
+
+    `made` is where headers go that have to be made.
+    """
     python = Path(sysconfig.get_path("include"))
     version = sysconfig.get_python_version()
     if not (python / "Python.h").is_file():
@@ -39,6 +43,20 @@ def find_headers() -> Headers:
             f"numpy {np.__version__}: its headers would make a core for that numpy alone.\n"
             "Type `pip install 'numpy>=2'`."
         )
-    return Headers(
-        (OWN, python, Path(np.get_include())), f"python {version} numpy {np.__version__}"
-    )
+    folders = (OWN, _by_machine(python, made), python, Path(np.get_include()))
+    return Headers(folders, f"python {version} numpy {np.__version__}")
+
+
+def _by_machine(python: Path, made: Path) -> Path:
+    """Write the headers that Debian's pyconfig.h includes, one for each machine, to a folder.
+
+    They stand outside of the folder of Python's headers, and there is one for this machine alone.
+    What the stable interface takes from it is the same for all machines of 64 bits.
+    """
+    here = Path(sysconfig.get_config_h_filename())
+    if here.parent != python:
+        for name in re.findall(r"include <(.+/pyconfig\.h)>", (python / "pyconfig.h").read_text()):
+            path = made / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(f'#include "{here}"\n')
+    return made
