@@ -53,10 +53,11 @@ def _by_machine(python: Path, made: Path) -> Path:
     They stand outside of the folder of Python's headers, and there is one for this machine alone.
     What the stable interface takes from it is the same for all machines of 64 bits.
     """
-    here = Path(sysconfig.get_config_h_filename())
-    if here.parent != python:
-        for name in re.findall(r"include <(.+/pyconfig\.h)>", (python / "pyconfig.h").read_text()):
-            path = made / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(f'#include "{here}"\n')
+    text = (python / "pyconfig.h").read_text(errors="replace")
+    names = re.findall(r"include <(.+/pyconfig\.h)>", text)
+    there = [python.parent / name for name in names if (python.parent / name).is_file()]
+    for name in names if there else ():
+        path = made / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f'#include "{there[0]}"\n')
     return made
