@@ -26,9 +26,11 @@ def place(root: Path, core: Path) -> Path:
     shutil.copyfile(core, half)
     half.replace(base / CORE)
     lines = []
-    for name in read:
+    for name, digest in (line.rsplit(" ", 1) for line in read):
         path = source / name
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        lines.append(f"{digest} {path.stat().st_mtime_ns} {name}\n")
+        changed_ns = path.stat().st_mtime_ns
+        if hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+            changed_ns = 0  # Edited while the core was made: it is stale, and looked at again.
+        lines.append(f"{digest} {changed_ns} {name}\n")
     (base / STAMP).write_text("".join(lines))
     return base / CORE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import shutil
@@ -11,6 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from clearway.base.core_file import changed_sources
+from clearway_build.placed import place
+from clearway_build.translate import READ
 from repository import REPOSITORY
 
 CORE = Path("clearway/base/_core.abi3.so")
@@ -71,3 +75,32 @@ def test_a_core_of_another_machine_is_named(source: Path) -> None:
 def test_a_damaged_core_is_refused(source: Path) -> None:
     (source / CORE).write_bytes(b"no core")
     assert "cannot be loaded" in refused(source)
+
+
+@pytest.mark.parametrize("share", [0.00001, 0.5, 0.999])
+def test_a_core_that_is_cut_off_is_refused(source: Path, share: float) -> None:
+    whole = (source / CORE).read_bytes()
+    (source / CORE).write_bytes(whole[: int(share * len(whole))])
+    said = refused(source)
+    assert "cannot be loaded: the file is cut off" in said
+    assert "Type `make core`" in said
+
+
+def test_an_unknown_way_to_run_loops_is_refused(source: Path) -> None:
+    assert "type one of numba, python" in refused(source, CLEARWAY_CORE="nunba")
+
+
+def test_a_loop_edited_while_the_core_is_made_is_stale(tmp_path: Path) -> None:
+    """The stamp tells what was translated, not what stands there when it is written."""
+    source, core = tmp_path / "src", tmp_path / "core.so"
+    (source / "clearway" / "base").mkdir(parents=True)
+    loop = source / "clearway" / "loop.py"
+    loop.write_text("edited")
+    core.write_bytes(b"")
+    read = tmp_path / "build" / "core" / "source" / READ
+    read.parent.mkdir(parents=True)
+    for content, stale in (("translated", ["clearway/loop.py"]), ("edited", [])):
+        digest = hashlib.sha256(content.encode()).hexdigest()
+        read.write_text(f"clearway/loop.py {digest}\n")
+        place(tmp_path, core)
+        assert changed_sources(source / STAMP, source) == stale

@@ -15,30 +15,41 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.core_file import compiled_loop
+from clearway.base.core_file import CoreError, compiled_loop
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 CORE = os.environ.get("CLEARWAY_CORE", "")
-"""Which way loops run: empty for the compiled core, else `numba` or `python`."""
+"""Which way loops run: empty for the compiled core, else one of `OTHERS`."""
+OTHERS = ("numba", "python")
 
 
 def compiled(function: Function) -> Function:
-    """Replace a loop by compiled code that takes and returns the same, bit for bit."""
+    """Replace a loop by compiled code that takes and returns the same, bit for bit.
+
+    Raises CoreError where the core, or what CLEARWAY_CORE names, cannot be used.
+    """
+    if not CORE:
+        return cast(Function, compiled_loop(function))
+    if CORE not in OTHERS:
+        raise CoreError(f"CLEARWAY_CORE={CORE}: type one of {', '.join(OTHERS)}, or unset it")
     if CORE == "python":
         return function
-    if CORE == "numba":
+    try:
         numba: Any = import_module("numba")
-        return cast(Function, numba.njit(error_model="numpy")(function))
-    return cast(Function, compiled_loop(function))
+    except ImportError as cause:
+        raise CoreError(
+            f"CLEARWAY_CORE=numba: {cause}. Type `pip install 'clearway[numba]'`, or unset it."
+        ) from cause
+    return cast(Function, numba.njit(error_model="numpy")(function))
 
 
 def make_plain_array(
     values: npt.NDArray[Any], dtype: npt.DTypeLike = np.float64
 ) -> npt.NDArray[Any]:
-    """An array of the kind that compiled loops mostly get: writable, C-contiguous, of a type.
+    """Return an array that a loop may write to: writable, C-contiguous, of a type.
 
-    For what may be anybody's: of another kind, a loop would be compiled anew. Copies only then.
+    Copies only what is of another kind.
     """
     if values.flags.carray and values.dtype == dtype:
         return values
@@ -46,13 +57,13 @@ def make_plain_array(
 
 
 def sealed(fresh: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """An array that nobody else writes, from now on read only: of one kind for compiled loops."""
+    """Return an array that nobody else writes, from now on read only."""
     fresh.setflags(write=False)
     return fresh
 
 
 def read_only(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """A C-contiguous float64 view that cannot be written: one array type for compiled loops.
+    """Return a C-contiguous float64 view that cannot be written.
 
     Copies only what is not contiguous float64.
     """

@@ -58,9 +58,25 @@ def load_core(base: Path = BASE) -> Any:
             f"the source shows. {REBUILD}, or {AS_PYTHON}."
         )
     try:
+        if is_cut_off(base / CORE):  # Loading it would end Python.
+            raise ImportError("the file is cut off")
         return import_module("clearway.base._core")
     except ImportError as cause:
         raise CoreError(why_unusable(base / CORE, cause)) from cause
+
+
+def is_cut_off(core: Path) -> bool:
+    """Return whether a file of 64 bits ends before its last table, by what its head says."""
+    try:
+        with core.open("rb") as file:
+            head = file.read(64)
+    except OSError:
+        return False
+    if not head.startswith(ELF):
+        return False
+    tables = int.from_bytes(head[40:48], "little")
+    size, count = (int.from_bytes(head[at : at + 2], "little") for at in (58, 60))
+    return len(head) < 64 or core.stat().st_size < tables + size * count
 
 
 def changed_sources(stamp: Path, source: Path) -> list[str]:
@@ -92,6 +108,7 @@ def why_unusable(core: Path, cause: ImportError) -> str:
     with core.open("rb") as file:
         head = file.read(MACHINE_AT.stop)
     built_for = MACHINES.get(int.from_bytes(head[MACHINE_AT], "little"), "another machine")
-    if head.startswith(ELF) and built_for != platform.machine():
+    whole = head.startswith(ELF) and len(head) == MACHINE_AT.stop
+    if whole and built_for != platform.machine():
         return f"{core} is built for {built_for}, this is {platform.machine()}. {REINSTALL}."
     return f"{core} cannot be loaded: {cause}. {REBUILD}, else: {REINSTALL}."

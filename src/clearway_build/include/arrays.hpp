@@ -50,6 +50,7 @@ class Arena {
     auto* start = static_cast<char*>(std::aligned_alloc(64, room));
     if (start == nullptr) throw std::bad_alloc();
     chunks_.push_back({start, room});
+    held_ += room;
     used_ = size;
     return start;
   }
@@ -66,7 +67,8 @@ class Arena {
     used_ = mark.used;
     // What a large call took goes back to the system when it is over.
     if (at_ == 0 && used_ == 0)
-      while (chunks_.size() > kKept) {
+      while (held_ > kKept) {
+        held_ -= chunks_.back().size;
         std::free(chunks_.back().start);
         chunks_.pop_back();
       }
@@ -83,9 +85,9 @@ class Arena {
     char* start;
     std::size_t size;
   };
-  static constexpr std::size_t kChunk = std::size_t{1} << 20, kKept = 8;
+  static constexpr std::size_t kChunk = std::size_t{1} << 20, kKept = std::size_t{32} << 20;
   std::vector<Chunk> chunks_;
-  std::size_t at_ = 0, used_ = 0;
+  std::size_t at_ = 0, used_ = 0, held_ = 0;
 };
 inline Arena arena;
 

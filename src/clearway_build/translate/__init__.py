@@ -23,7 +23,8 @@ def write_sources(source: Path, out: Path) -> list[Path]:
     Raises NotTranslatableError, with all places, for what is not in the subset of Python.
     """
     translated = Translated(source)
-    read = sorted(str(path.relative_to(source)) for path in translated.program.files())
+    files = translated.program.files().items()
+    read = sorted(f"{path.relative_to(source)} {digest}" for path, digest in files)
     out.mkdir(parents=True, exist_ok=True)
     named = {package for packages in PARTS for package in packages}
     paths = []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import hashlib
 import importlib
 import re
 from collections.abc import Iterator
@@ -74,6 +75,7 @@ class Program:
         self._names: dict[str, dict[str, ast.stmt]] = {}
         self._found: dict[tuple[str, str], Any] = {}
         self._values: dict[tuple[str, str], Any] = {}
+        self._digests: dict[str, str] = {}
         self._used: set[Kernel] | None = None
 
     def path(self, module: str) -> Path:
@@ -84,15 +86,17 @@ class Program:
     def names(self, module: str) -> dict[str, ast.stmt]:
         """What a module defines or imports, by name."""
         if module not in self._names:
-            tree = ast.parse(self.path(module).read_text(encoding="utf-8"))
+            content = self.path(module).read_bytes()
+            self._digests[module] = hashlib.sha256(content).hexdigest()
+            tree = ast.parse(content)
             self._names[module] = {
                 name: statement for statement in tree.body for name in _defined(statement)
             }
         return self._names[module]
 
-    def files(self) -> list[Path]:
-        """The files that were read so far."""
-        return [self.path(module) for module in self._names]
+    def files(self) -> dict[Path, str]:
+        """The files that were read so far, with the hashes of what they held then."""
+        return {self.path(module): digest for module, digest in self._digests.items()}
 
     def kernels(self) -> Iterator[Kernel]:
         """All loops, in the order of their files."""

@@ -7,6 +7,8 @@ taken for new ones.
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
+from typing import Any
 
 from clearway_build.translate.program import Kernel, Record
 from clearway_build.translate.scopes import part_for
@@ -17,9 +19,17 @@ Views = dict[Path, Path]
 
 
 class Writes:
-    """Of one loop, with those of the loops that it calls."""
+    """Of one loop, with those of the loops that it calls.
 
-    def __init__(self, kernel: Kernel, known: dict[Kernel, set[Path]], meaning) -> None:  # type: ignore[no-untyped-def]
+    Where arrays in records are changed in place as a whole (`+=`), only those of a parameter count.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        known: dict[Kernel, set[Path]],
+        meaning: Callable[[ast.expr], Any],
+    ) -> None:
         self.known, self.meaning = known, meaning
         self.views: dict[str, Views] = {each.arg: {(): (each.arg,)} for each in kernel.parameters}
         self.found: set[Path] = set()
@@ -33,6 +43,8 @@ class Writes:
         if isinstance(node, ast.Assign):
             for target in node.targets:
                 self._assigned(target, node.value)
+        elif isinstance(node, ast.For):
+            self._assigned(node.target, node.iter)
         elif isinstance(node, ast.AugAssign):
             self._written(node.target)
         elif isinstance(node, ast.Call):
