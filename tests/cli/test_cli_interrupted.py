@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -78,6 +80,11 @@ with staged("out") as scratch:
 """
 
 
+def processor_time_s(pid: int) -> float:
+    ticks = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]
+    return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+
+
 def interrupted(script: str, cwd: Path) -> tuple[int, str]:
     process = subprocess.Popen(
         [sys.executable, "-c", script], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -85,6 +92,9 @@ def interrupted(script: str, cwd: Path) -> tuple[int, str]:
     )  # fmt: skip
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
+    busy_s = processor_time_s(process.pid) + 0.2
+    while processor_time_s(process.pid) < busy_s:  # Until it is in the library for sure.
+        time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=120)
     return process.returncode, told
