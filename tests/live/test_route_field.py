@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clearway.avoidance.plan.route_field import Pace, RouteField, straight_time, time_to_go
+from clearway.avoidance.rate.route_field import Pace, RouteField, straight_time, time_to_go
 from clearway.base.arrays import FloatArray
 from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
 
@@ -76,7 +76,7 @@ def test_past_the_end_of_a_wall_the_way_bends_at_its_corner(seed: int) -> None:
     corner = np.array([x, end + MARGIN_M, 1.0])
     way_m = np.linalg.norm(corner - [0.0, 0.0, 1.0]) + np.linalg.norm(target - corner)
     seconds, dx, dy, *_ = time_to_go(field, 0.0, 0.0, 1.0)
-    assert seconds * 10.0 == pytest.approx(way_m, abs=2.0 * WIDTH_M + 0.02 * way_m)
+    assert seconds * 10.0 == pytest.approx(way_m, abs=2.0 * WIDTH_M + 0.02 * float(way_m))
     to_corner = np.arctan2(corner[1], corner[0])
     assert abs(np.arctan2(dy, dx) - to_corner) < np.radians(15.0)
 

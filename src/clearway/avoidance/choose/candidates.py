@@ -19,6 +19,7 @@ from clearway.avoidance.plan.prepared import Ends, PreparedReachSet, complete_en
 from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.rate.goal import Arrival, Goal, arrival
 from clearway.avoidance.rate.reach_rating import untouched
+from clearway.avoidance.rate.route_field import PlacedRoute
 from clearway.avoidance.rules.rule import Ruling
 from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
@@ -104,7 +105,13 @@ class Candidates(NamedTuple):
         return brief(self)
 
 
-def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitment) -> Candidates:
+def price_candidates(
+    planner: Planner,
+    rated: Rated,
+    goal: Goal,
+    before: Commitment,
+    route: PlacedRoute | None = None,
+) -> Candidates:
     """Return every candidate with its cost: (4.6), risk, and what changing one's mind costs.
 
     Parameters
@@ -117,6 +124,8 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
         In the level frame.
     before
         What the last decision binds this one to.
+    route
+        The time to go round what is known; None where it is not kept.
 
     Raises
     ------
@@ -125,9 +134,14 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
     """
     prepared, prices, moving = rated.prepared, planner.prices, rated.hazards.moving
     reach_set, step_m = prepared.reach_set, prepared.step_m
-    arrived = arrival(reach_set, goal, prepared.reach_m)
+    arrived = arrival(reach_set, goal, prepared.reach_m, route)
     ends = complete_ends(prepared, goal, arrived)
     to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)
+    if np.shape(to_go_m) != ends.nodes.shape:
+        raise ClearwayError(
+            f"terminal cost: must give [{len(ends.nodes)}] numbers, one for every node it is asked "
+            f"of; it gave {list(np.shape(to_go_m))}"
+        )
     candidates = priced_ends(
         ends,
         np.ascontiguousarray(to_go_m, dtype=np.float64),
@@ -215,11 +229,11 @@ def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReach
     step_m, first = prepared.step_m, commitment.first_movement
     return Weights(
         step_m,
-        float(prices.miss),
-        float(prices.risk),
+        price_of(prices.miss),
+        price_of(prices.risk),
         step_m * price_of(prices.coated),
         price_of(prices.no_room) * step_m,
-        prices.other_side * step_m,
+        price_of(prices.other_side) * step_m,
         COMMITTED[commitment.side],
         prices.other_plan * step_m,
         prepared.reach_set.movement_names.index(first) if first else -1,

@@ -15,10 +15,12 @@ from clearway.avoidance.plan.costs import (
     TerminalCost,
     curved_distance_to_go,
     length_and_prices,
+    price_of,
 )
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.prepared import PreparedReachSet
 from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.time_cost import time_flown_m, time_to_go_m
 from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import one_line
@@ -36,7 +38,13 @@ from clearway.vehicle.performance import Performance
 
 def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
     """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
-    return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
+    classes = automaton.classes
+    if classes is None:
+        return None
+    if not classes.has_speeds:
+        return automaton.tube_m(reach_set.depth)
+    ends = classes.class_tube_m[classes.classes_at(reach_set.states[:, 3])]
+    return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
 def _without_turning_back(
@@ -46,8 +54,13 @@ def _without_turning_back(
     changing sides: who turns there sees another way at every turn, and would do so for ever."""
     turns = np.array([m.yaw_rate_rps for m in automaton.movements]) * automaton.stands
     back = (turns * turns[previous] < 0.0)[prepared.first_movement]
-    price_m = prices.other_side * automaton.step_m
+    price_m = price_of(prices.suited(can_stop=True).other_side) * automaton.step_m
     return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
+
+
+def _by_time(prepared: PreparedReachSet, automaton: MovementAutomaton) -> PreparedReachSet:
+    """With what a movement flies at most as the unit of cost weights."""
+    return replace(prepared, step_m=automaton.step_m, may_stay=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +104,11 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
+        if automaton.has_inertia:
+            if stage_cost is length_and_prices:
+                stage_cost = partial(time_flown_m, automaton=automaton)
+            if terminal_cost is curved_distance_to_go:
+                terminal_cost = time_to_go_m
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
         prepared_sets = tuple(
@@ -106,7 +124,11 @@ class Planner:
             )
             for reach_set in library.reach_sets
         )
-        if automaton.pairs is not None:
+        if automaton.has_inertia:
+            prepared_sets = tuple(
+                (pitch, _by_time(prepared, automaton)) for pitch, prepared in prepared_sets
+            )
+        elif automaton.classes is not None:
             prepared_sets = tuple(
                 (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
                 for previous, (pitch, prepared) in enumerate(prepared_sets)
@@ -150,8 +172,16 @@ class Planner:
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
         return self.settings.prices.suited(
-            can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
+            can_stop=self.automaton.can_stop,
+            has_inertia=self.automaton.has_inertia,
+            unseen_is_free=self.settings.escape == Escape.KNOWN,
         )
+
+    @property
+    def threshold(self) -> float:
+        """P_R that a trajectory must have; none of a vehicle with inertia: its cells are too coarse
+        for gaps that it verifies."""
+        return 0.0 if self.automaton.has_inertia else self.settings.threshold
 
     @cached_property
     def speed_mps(self) -> float:
@@ -188,9 +218,9 @@ class Planner:
         What is verified is then what is flown, from whatever attitude.
         """
         roll, pitch, _ = state.attitude_rad.tolist()
-        pairs = self.automaton.pairs
-        if pairs is not None:  # Rooted at each movement already.
-            return self.prepared_sets[pairs.names.index(pairs.previous(roll))][1]
+        classes = self.automaton.classes
+        if classes is not None:  # Rooted in each class already.
+            return self.prepared_sets[classes.class_at(roll)][1]
         return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:

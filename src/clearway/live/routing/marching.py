@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.avoidance.plan.route_field import Pace, time_along
+from clearway.avoidance.rate.route_field import Pace, time_along
 from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
 from clearway.live.routing.filling_in import fill_in_rest, lean_away

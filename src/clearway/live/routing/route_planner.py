@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.plan.route_field import Pace, RouteField, time_to_go
+from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
 from clearway.live.routing.clearance_speed import SpeedRule, speeds_of
