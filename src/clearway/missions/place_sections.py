@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
-from clearway.missions.sections import ObstacleSection, Point, Positive
+from clearway.missions.sections import ObstacleSection, Point, Positive, said
+from clearway.obstacles.columns import Columns
 
 
 class WorldObstacleSection(ObstacleSection):
@@ -17,6 +20,38 @@ class WorldObstacleSection(ObstacleSection):
 
     known: Literal["world", "map", "both"] = "world"
     """world: really there, not on the map; map: on the map only, a false positive; both."""
+
+
+Column = Annotated[tuple[float, float, float, float, float], Field(strict=False)]
+
+
+class ColumnsSection(Section):
+    """`[columns]`: upright cylinders, flat at both ends: trees, pillars, masts."""
+
+    file: str | None = None
+    """A table (.csv) with a header line and columns x, y, radius and height (or z_max) in metres,
+    relative to the mission file. Each stands on height 0."""
+    rows_m: Annotated[tuple[Column, ...], Field(strict=False)] = ()
+    """x, y, radius, lowest and highest height of each; in place of a file."""
+    ground_m: float | None = None
+    """Height of level ground, which is solid; default: no ground."""
+    known: Literal["world", "map", "both"] = "world"
+    """world: really there, not on the map; map: on the map only; both. On a map the ends of columns
+    are rounded, beyond their heights."""
+
+    @model_validator(mode="after")
+    def _is_one_of_two(self) -> Self:
+        if self.file is not None and self.rows_m:
+            raise ValueError("file: give a file or rows_m, not both")
+        said(lambda: Columns(self.rows_m))
+        return self
+
+    def to_columns(self) -> Columns:
+        """The columns; raises InputError for a file that cannot be read."""
+        from clearway.io.maps.column_table import read_column_table
+
+        rows = self.rows_m if self.file is None else read_column_table(Path(self.file))
+        return Columns(rows, ground_m=-np.inf if self.ground_m is None else self.ground_m)
 
 
 class PointCloudSection(Section):

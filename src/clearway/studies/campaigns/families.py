@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
 from clearway.io.public_data import at_hand, where_from
@@ -19,9 +21,12 @@ from clearway.missions.mission_file import (
     built_in_missions,
     read_mission_file,
 )
+from clearway.missions.mission_maps import mission_maps
+from clearway.missions.mission_world import mission_world
 from clearway.missions.setup import FlightSetup, prepare
+from clearway.sim.world_parts import scatter_ends
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
-from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
+from clearway.studies.campaigns.made_worlds import MADE, MadeFamily, StartParameters
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
 
 PLACES = Path(__file__).parents[1] / "examples" / "missions"
@@ -39,7 +44,7 @@ class MissionParameters(Section):
     """Its name: the seed is that of noise and drop-outs."""
 
 
-class PlaceParameters(Section):
+class PlaceParameters(StartParameters):
     """Of `place`."""
 
     mission: str
@@ -113,14 +118,34 @@ def _place(case: CaseOf) -> MissionFile:
         file = read_mission_file(str(path))
     except AbsentPublicFileError as error:
         raise AbsentDataError(str(error)) from error
-    clouds = (file.point_cloud.file,) if file.point_cloud else ()
-    absent = [
-        name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
-    ]
+    named = [file.point_cloud.file] if file.point_cloud else []
+    named += [file.columns.file] if file.columns and file.columns.file else []
+    named += file.map.files if file.map else ()
+    absent = [name for name in named if not Path(name).exists()]
     if absent:
         needed = ", ".join(Path(a).name for a in absent)
         raise AbsentDataError(f"{case.parameters.mission} needs {needed}{where_from(absent[0])}")
-    return file.changed("simulation", seed=case.seed)
+    return _from_anywhere(file, case).changed("simulation", seed=case.seed)
+
+
+def _from_anywhere(file: MissionFile, case: CaseOf) -> MissionFile:
+    """The mission with start and goals moved at random, where the parameters ask for it."""
+    ends = case.parameters.ends
+    if ends is None:
+        return file
+    there = mission_world(file, mission_maps(file)).there
+    rules = file.rules
+    heights = None
+    if rules.floor_m is not None and rules.ceiling_m is not None:
+        heights = rules.floor_m, rules.ceiling_m
+    mission = scatter_ends(file.to_mission(), there, heights, ends, case.seed)
+    waypoints = tuple(map(tuple, mission.waypoints_m.tolist()))
+    start = mission.start
+    return file.changed("mission", waypoints_m=waypoints).changed(
+        "vehicle",
+        position_m=start.position_m,
+        attitude_deg=np.degrees(start.attitude_rad),
+    )
 
 
 def _conflict(kind: str) -> Callable[[CaseOf], MissionFile]:
