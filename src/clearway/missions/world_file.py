@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.io.toml import Section
 from clearway.missions.lidar_section import LidarSection
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.mission_sections import (
@@ -66,7 +66,7 @@ def world_mission(family: str, seed: int) -> MissionFile:
 def mission_of(made: MadeWorld, seed: int) -> MissionFile:
     """The mission file that flies a made world; the seed is that of noise and drop-outs."""
     world, mission = made.world, made.mission
-    tables: dict[str, Section] = {
+    tables: dict[str, Any] = {
         "mission": MissionSection(
             name=mission.name,
             waypoints_m=tuple(_point(goal) for goal in mission.waypoints_m),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,6 +16,7 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
 from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model
+from clearway.missions.lidar_section import PATTERN_KEYS
 from clearway.missions.mission_file import (
     AbsentPublicFileError,
     MissionFile,
@@ -235,5 +237,14 @@ def _changed(
         old = tables.get(table, {})
         # Every sensor, intruder or obstacle alike.
         several = isinstance(old, (list, tuple))
-        tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
+        tables[table] = (
+            [_changed_keys(one, values) for one in old] if several else {**old, **values}
+        )
     return parse_model("changes", tables, MissionFile, folder)
+
+
+def _changed_keys(old: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of one table of several with others over them; of a sensor, one way to say its beams."""
+    ways = [way for way in PATTERN_KEYS if values.keys() & set(way)]
+    left_out = set(chain(*PATTERN_KEYS)) if ways else set()
+    return {key: value for key, value in old.items() if key not in left_out} | dict(values)
