@@ -36,7 +36,7 @@ name = "clouds"
 waypoints_m = [[2000.0, 0.0, 0.0]]
 
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 speed_mps = 1.0
 
 [safety]

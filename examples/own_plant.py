@@ -12,7 +12,7 @@ class Blimp:
     """A blimp that gains speed and turns slowly, and that every wind carries off."""
 
     movements = staticmethod(
-        lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.multirotor(
+        lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.inertialess(
             speed_mps, 15.0, duration_s=duration_s, climb_mps=0.5, diagonals=False
         )
     )

@@ -22,7 +22,7 @@ from worlds_for_tests import GRID, LIBRARY
 VOXEL_M, MARGIN_M, BODY_M = 0.25, 0.6, 0.1
 SETTINGS = AvoidanceSettings(safety_margin_m=MARGIN_M, body_radius_m=BODY_M)
 PLANE = Planner.of(LIBRARY, SETTINGS)
-MULTIROTOR = Planner.of(ReachLibrary.build(MovementAutomaton.multirotor(), GRID), SETTINGS)
+MULTIROTOR = Planner.of(ReachLibrary.build(MovementAutomaton.inertialess(), GRID), SETTINGS)
 ABOVE = np.array([3.0, 0.0, 12.0])
 
 

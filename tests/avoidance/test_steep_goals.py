@@ -31,8 +31,8 @@ def test_who_climbs_only_as_it_goes_ahead_is_known():
     assert QUADROTOR.climbs_ahead
     assert aeroplane_movements().climbs_ahead
     assert not MovementAutomaton.plane().climbs_ahead, "it holds a pitch"
-    assert not MovementAutomaton.multirotor().climbs_ahead, "it goes straight up"
-    assert not MovementAutomaton.multirotor(climb_mps=0.0).climbs_ahead, "it stays level"
+    assert not MovementAutomaton.inertialess().climbs_ahead, "it goes straight up"
+    assert not MovementAutomaton.inertialess(climb_mps=0.0).climbs_ahead, "it stays level"
 
 
 def test_known_costs_of_climbs():

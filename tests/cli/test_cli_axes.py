@@ -197,7 +197,7 @@ def test_the_sample_flight_is_flown_on_at_any_range(range_m: int, samples: Path)
     done = clearway("assess", *flight, *QUIET, cwd=samples)
     result = json.loads(done.stdout)
     assert {one["mode"] for one in result["scans"]} <= {"navigation", "avoidance"}
-    assert result["vehicle"] == {"kind": "multirotor", "speed_mps": range_m / 10.0}
+    assert result["vehicle"] == {"kind": "inertialess", "speed_mps": range_m / 10.0}
     assert f"a multirotor of up to {range_m / 10.0:g} m/s is assumed; state yours" in told(done)
 
 
@@ -207,7 +207,7 @@ def test_a_plane_is_stated_and_what_it_lacks_is_told(samples: Path) -> None:
     assert "is assumed" not in done.stderr
     assert "vehicle     plane, 3 m/s" in done.stdout
     assert "no plan of a plane at 3 m/s keeps an escape" in done.stdout
-    assert "--vehicle multirotor can stop" in done.stdout
+    assert "--vehicle inertialess can stop" in done.stdout
 
 
 def test_the_vehicle_of_a_scene_and_of_one_moment(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ STAYS = """
 name = "stays"
 waypoints_m = [[14.2, -2.5, 1.3]]
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 position_m = [-5.8, -2.5, 1.3]
 [safety]
 start_free_m = 0.6

@@ -142,7 +142,7 @@ def test_a_guardian_never_insists_and_says_so() -> None:
 
 def test_who_pays_nothing_for_want_of_room_or_can_stop_does_not() -> None:
     assert not escape_plan(planner(escape="known", prices=Prices(no_room=0.0)), [LIDAR]).insists
-    copter = ReachLibrary.load_or_build(MovementAutomaton.multirotor(speed_mps=1.0), GRID)
+    copter = ReachLibrary.load_or_build(MovementAutomaton.inertialess(speed_mps=1.0), GRID)
     hovers = Planner.of(copter, AvoidanceSettings(escape="known"))
     assert not escape_plan(hovers, [LIDAR]).insists
 

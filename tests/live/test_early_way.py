@@ -94,7 +94,7 @@ def times_the_shortest(label: str, seed: int) -> float:
     file = read_campaign(CAMPAIGN).file
     section = next(one for one in file.family if one.name == label)
     changes = file.changes_of(section, CLEARWAY)
-    changes["vehicle"] = changes["vehicle"] | {"kind": "multirotor"}
+    changes["vehicle"] = changes["vehicle"] | {"kind": "inertialess"}
     case = make_case(section.family, seed, section.parameters, changes, Path())
     run = case.setup.fly_with(CLEARWAY)
     assert run.reached

@@ -59,7 +59,7 @@ def test_whose_sensor_dies_stays_where_it_has_looked_and_says_so() -> None:
     assert all(one.decision.way_out is not None for one in told[1:])
 
 
-MULTIROTOR = ReachLibrary.build(MovementAutomaton.multirotor(), GRID)
+MULTIROTOR = ReachLibrary.build(MovementAutomaton.inertialess(), GRID)
 
 
 def _flown_blind(library: ReachLibrary, escape: str, scans: int) -> tuple[list[object], np.ndarray]:
@@ -83,7 +83,7 @@ def _flown_blind(library: ReachLibrary, escape: str, scans: int) -> tuple[list[o
 
 @pytest.mark.parametrize("scans", [0, 1, 4])
 @pytest.mark.parametrize("escape", ["strict", "known"])
-@pytest.mark.parametrize("library", [LIBRARY, MULTIROTOR], ids=["plane", "multirotor"])
+@pytest.mark.parametrize("library", [LIBRARY, MULTIROTOR], ids=["plane", "inertialess"])
 def test_who_sees_nothing_stays_near_whatever_counts_as_free(
     library: ReachLibrary, escape: str, scans: int
 ) -> None:
@@ -97,7 +97,7 @@ def test_who_sees_nothing_stays_near_whatever_counts_as_free(
     assert last.mode_state.held.endswith(looked)
 
 
-@pytest.mark.parametrize("library", [LIBRARY, MULTIROTOR], ids=["plane", "multirotor"])
+@pytest.mark.parametrize("library", [LIBRARY, MULTIROTOR], ids=["plane", "inertialess"])
 def test_who_asks_for_no_way_out_flies_on_blind_and_is_told_so(library: ReachLibrary) -> None:
     told, places = _flown_blind(library, "off", 4)
     assert places[-1, 0] > 50.0

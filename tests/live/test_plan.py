@@ -96,7 +96,7 @@ def test_own_states_that_come_do_not_move_the_plan():
 
 
 def test_who_looks_to_and_fro_leaves_at_last_and_who_is_shut_in_holds():
-    able = MovementAutomaton.multirotor()
+    able = MovementAutomaton.inertialess()
     hovering = Planner.of(ReachLibrary.build(able, GRID), AvoidanceSettings(escape="off"))
     box = [Obstacle.cuboid(1.6 * side, 0.5 + 5.5 * (side == 0.0), radius_m=0.0) for side in SIDES]
 
@@ -110,7 +110,7 @@ def test_who_looks_to_and_fro_leaves_at_last_and_who_is_shut_in_holds():
 
 
 def test_decisions_that_lead_nowhere_are_counted_until_one_leads_somewhere():
-    able = MovementAutomaton.multirotor()
+    able = MovementAutomaton.inertialess()
     hovering = Planner.of(ReachLibrary.build(able, GRID), AvoidanceSettings(escape="off"))
     live = AvoidanceSystem(hovering, mission((-30.0, 0.0, 0.0)))
     state, led = State(np.zeros(3)), []

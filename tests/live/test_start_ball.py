@@ -25,7 +25,7 @@ PATTERN = BeamPattern.per_cell(GRID, 8, elevations_per_cell=4, max_range_m=10.0)
 
 @pytest.fixture(scope="module")
 def stops() -> Planner:
-    return Planner.of(ReachLibrary.build(MovementAutomaton.multirotor(1.0), GRID), BODY)
+    return Planner.of(ReachLibrary.build(MovementAutomaton.inertialess(1.0), GRID), BODY)
 
 
 def lidar(place_m: tuple[float, float, float], down_rad: float = 0.0) -> Lidar:

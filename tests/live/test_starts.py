@@ -87,7 +87,7 @@ def test_what_is_promised_of_a_start_is_kept_straight_on(seed: int, airframe: st
     start_m, heading = rng.uniform(-100.0, 100.0, 3), float(rng.uniform(-np.pi, np.pi))
     ahead_m = start_m + 12.0 * np.array([np.cos(heading), np.sin(heading), 0.0])
     placed = {
-        "kind": "multirotor" if airframe == "copter" else "plane",
+        "kind": "inertialess" if airframe == "copter" else "plane",
         "position_m": start_m.tolist(),
         "attitude_deg": [0.0, 0.0, float(np.degrees(heading))],
     }

@@ -111,7 +111,7 @@ def test_a_margin_that_grows_in_free_space_is_no_reason_to_decide():
             {"position_sigma_m": 0.2, "attitude_sigma_deg": 0.5},
             "own states are off by 0.2 m and 0.5 deg,",
         ),
-        ("multirotor", {"position_sigma_m": 0.1}, ""),
+        ("inertialess", {"position_sigma_m": 0.1}, ""),
     ],
 )
 def test_before_take_off_it_is_said_what_they_cost_who_cannot_stop(

@@ -113,7 +113,7 @@ def test_the_floor_is_kept_by_a_vehicle_that_brakes_its_sinking_slowly() -> None
     """As ArduCopter does, at 1 m/s^2: told to sink to the floor at 1.5 m/s it overshot by 1.4 m."""
     file, setup = mission(
         mission={"name": "low", "waypoints_m": [[80, 0, 7]], "reach_radius_m": 4},
-        vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "kind": "multirotor"},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 3.0, "kind": "inertialess"},
     )
     velocity = 20.0 * np.array([np.cos(1.3), np.sin(1.3), 0.0])
     meets = np.array([42.0, 0.0, 9.0])
@@ -275,7 +275,7 @@ def test_one_that_turns_first_and_gets_going_late_is_not_suspected() -> None:
     # As ArduCopter got going from a hover: half a second after it was told to, at 3 m/s^2.
     file, setup = mission(
         mission={"name": "behind", "waypoints_m": [[-30, -2, 7]], "reach_radius_m": 2},
-        vehicle={"position_m": [0, 0, 7], "speed_mps": 1.5, "kind": "multirotor"},
+        vehicle={"position_m": [0, 0, 7], "speed_mps": 1.5, "kind": "inertialess"},
         grid={**CALM["grid"], "range_m": 15},
         safety={"margin_m": 1.0},
     )

@@ -88,7 +88,7 @@ def flown(folder: Path, mission: str, seconds: float, *more: str) -> FlownGuarde
 
 
 def test_sticks_held_at_a_pillar_are_let_through_until_it_is_near(tmp_path: Path) -> None:
-    flight = flown(tmp_path, PILLAR.format(kind="multirotor", goal=9, at=4), 6.0, "--sticks")
+    flight = flown(tmp_path, PILLAR.format(kind="inertialess", goal=9, at=4), 6.0, "--sticks")
     assert flight.vehicle["nearest_obstacle_m"] >= MARGIN_M - 0.05
     assert flight.guard["heard"]["MANUAL_CONTROL"] > 40
     assert flight.guard["passed"] > 10
@@ -100,7 +100,7 @@ def test_sticks_held_at_a_pillar_are_let_through_until_it_is_near(tmp_path: Path
 @pytest.mark.nightly
 @pytest.mark.parametrize("more", [(), ("--sticks",)])
 def test_who_wants_through_a_pillar_is_led_past_or_held(tmp_path: Path, more: tuple[str]) -> None:
-    flight = flown(tmp_path, PILLAR.format(kind="multirotor", goal=16, at=8), 90.0, *more)
+    flight = flown(tmp_path, PILLAR.format(kind="inertialess", goal=16, at=8), 90.0, *more)
     assert flight.vehicle["nearest_obstacle_m"] >= MARGIN_M - 0.05
     assert flight.guard["passed"] > 40
     assert flight.guard["replaced"] > 5

@@ -35,7 +35,7 @@ def setup_with(span_m: list[float] | None, waypoint_m: list[float]) -> tuple[Any
     declared = {} if span_m is None else {"obstacles_span_m": span_m}
     return mission(
         mission={"name": "posts", "waypoints_m": [waypoint_m], "reach_radius_m": 1.5},
-        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": 1.0,
+        vehicle={"kind": "inertialess", "position_m": [0, 0, 7], "speed_mps": 1.0,
                  "pitch_limit_deg": 0},
         grid={**CALM["grid"], "range_m": 10},
         safety={"margin_m": 0.6, **declared},
@@ -209,7 +209,7 @@ def test_goals_at_heights_that_are_not_declared_are_told_of() -> None:
 def test_who_may_pitch_is_told_that_other_heights_are_not_reached() -> None:
     file, setup = mission(
         mission={"name": "up", "waypoints_m": [[16, 0, 12]], "reach_radius_m": 1.5},
-        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": 1.0},
+        vehicle={"kind": "inertialess", "position_m": [0, 0, 7], "speed_mps": 1.0},
         grid={**CALM["grid"], "range_m": 10},
         safety={"margin_m": 0.6},
         lidar=[{"max_range_m": 10}],

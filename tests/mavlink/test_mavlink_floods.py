@@ -50,7 +50,7 @@ name = "guarded"
 waypoints_m = [[40, 0, 5]]
 
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 position_m = [0, 0, 5]
 speed_mps = 1.0
 """

@@ -1,4 +1,4 @@
-"""`[vehicle] kind = "multirotor"`: from a mission file to a flight."""
+"""`[vehicle] kind = "inertialess"`: from a mission file to a flight."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WALL = """
 name = "round a wall"
 waypoints_m = [[16.0, 0.0, 0.0]]
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 [simulation]
 time_limit_s = 80
 [[obstacle]]
@@ -27,7 +27,7 @@ size_m = [0.5, 9.0, 60.0]
 
 def test_the_keys_make_the_automaton():
     section = VehicleSection(
-        kind="multirotor", speed_mps=4.0, climb_mps=1.0, spot_turn_deg=90.0, slow_mps=(1.0, 2.0)
+        kind="inertialess", speed_mps=4.0, climb_mps=1.0, spot_turn_deg=90.0, slow_mps=(1.0, 2.0)
     )
     automaton = section.to_automaton()
     assert {"Slow-1", "Slow-2-Left", "Hold"} <= set(automaton.names)
@@ -39,11 +39,11 @@ def test_the_keys_make_the_automaton():
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"climb_mps": 1.0}, 'climb_mps: only of kind = "multirotor"'),
+        ({"climb_mps": 1.0}, 'climb_mps: only of kind = "inertialess"'),
         ({"kind": "helicopter"}, "plane"),
-        ({"kind": "multirotor", "slow_mps": [9.0]}, "slow_mps: must be below speed_mps"),
-        ({"kind": "multirotor", "slow_mps": [0.5, 0.5]}, "slow_mps: speeds must differ"),
-        ({"kind": "multirotor", "spot_turn_deg": 200.0}, "spot_turn_deg"),
+        ({"kind": "inertialess", "slow_mps": [9.0]}, "slow_mps: must be below speed_mps"),
+        ({"kind": "inertialess", "slow_mps": [0.5, 0.5]}, "slow_mps: speeds must differ"),
+        ({"kind": "inertialess", "spot_turn_deg": 200.0}, "spot_turn_deg"),
         ({"pitch_limit_deg": 0.0, "attitude_deg": [0.0, 2.0, 0.0]}, "a pitch of 2 deg, which no"),
     ],
 )
@@ -56,7 +56,7 @@ def test_it_flies_round_a_wall_as_predicted(tmp_path):
     path = tmp_path / "wall.toml"
     path.write_text(WALL)
     mission = cw.read_mission(str(path))
-    assert mission.effective()["vehicle"]["kind"] == "multirotor"
+    assert mission.effective()["vehicle"]["kind"] == "inertialess"
     setup = prepare(mission)
     run = setup.fly()
     assert run.reached

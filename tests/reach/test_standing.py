@@ -14,7 +14,7 @@ from clearway.reach.store import ReachLibrary
 from clearway.reach.tree import SIDE
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
-ROTOR = MovementAutomaton.multirotor()
+ROTOR = MovementAutomaton.inertialess()
 GRID = AvoidanceGrid.uniform()
 
 
@@ -111,7 +111,7 @@ def test_what_only_turns_on_the_spot_has_a_finite_cost_to_go():
 def test_a_way_along_a_border_of_cells_is_traced_in_no_time_and_right():
     """Up is as steep as the grid's own border: half its cells are the topmost row's."""
     for steepest in (29.9, 30.0, 30.1):
-        automaton = MovementAutomaton.multirotor(steepest_deg=steepest)
+        automaton = MovementAutomaton.inertialess(steepest_deg=steepest)
         built = build_reach_set(automaton, GRID, method="primitives")
         ups = [n for n in range(built.nodes) if set(built.movements_to(n)) == {"Up"}]
         rows = {int(c) % GRID.rows for n in ups for c in built.cell_index[slice(*_cells(built, n))]}

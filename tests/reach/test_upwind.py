@@ -50,7 +50,7 @@ def test_the_others_follow_as_they_are_in_the_library() -> None:
 
 
 def test_a_vehicle_that_can_stop_keeps_its_ways_to_hold() -> None:
-    library = EscapeLibrary.of(MovementAutomaton.multirotor())
+    library = EscapeLibrary.of(MovementAutomaton.inertialess())
     ways = ways_in_wind(library, LEVEL, np.array([0.2, 0.0, 0.0]), 1.0)
     loops = {names_of(library, ways, n)[1] for n in range(len(ways.begins))}
     assert {("Hold",)} & loops

@@ -33,7 +33,7 @@ SPAN_M = (0.0, 12.0)
 
 def planner(kind: str, **settings: Any) -> Planner:
     made: Any = getattr(MovementAutomaton, kind)
-    level = made(1.0, steepest_deg=0.0) if kind == "multirotor" else made(1.0, pitch_limit_deg=0.0)
+    level = made(1.0, steepest_deg=0.0) if kind == "inertialess" else made(1.0, pitch_limit_deg=0.0)
     library = ReachLibrary.load_or_build(level, AvoidanceGrid.uniform(RANGE_M))
     declared = {"body_radius_m": BODY_M, "obstacles_span_m": SPAN_M} | settings
     return Planner.of(library, AvoidanceSettings(**declared))
@@ -70,7 +70,7 @@ class Columns(AdversaryWorld):
         return bool(clear) and self._never_looked_at(center, radius)
 
 
-@pytest.mark.parametrize("kind", ["multirotor", "plane"])
+@pytest.mark.parametrize("kind", ["inertialess", "plane"])
 @pytest.mark.parametrize(
     "seed", [0, 1, *(pytest.param(n, marks=pytest.mark.nightly) for n in range(1000, 1100))]
 )
@@ -119,7 +119,7 @@ def test_no_column_is_hit_that_is_put_where_no_beam_was(kind: str, seed: int) ->
 
 def plan_at(height_m: float, **settings: Any) -> Any:
     start = State(np.array([0.0, 0.0, height_m]))
-    return escape_plan(planner("multirotor", **settings), (ring(),), start=start)
+    return escape_plan(planner("inertialess", **settings), (ring(),), start=start)
 
 
 def test_undeclared_a_level_plane_promises_nothing_and_says_what_to_declare() -> None:

@@ -18,6 +18,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.errors import InputError
+from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.missions.automaton_file import automaton_file, read_automaton, write_automaton
@@ -27,6 +28,7 @@ from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.flown import flown_from, turns_of
 from clearway.reach.store import ReachLibrary
 from clearway.sim.plants import PLANTS
+from clearway.sim.plants.exact_rounds import with_exact_rounds
 from clearway.sim.plants.measuring import (
     MeasuredPlant,
     MeasureSettings,
@@ -36,11 +38,22 @@ from clearway.sim.plants.measuring import (
 )
 from clearway.sim.plants.plant import PlantKind, own_plant
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.measured import with_exact_rounds
+from clearway.vehicle.class_table import ClassTable
 from in_process import clearway
 
 SETTINGS = MeasureSettings(flights=2, held_out=1, seed=3)
-ASKED = MovementAutomaton.multirotor(2.0, 15.0, duration_s=2.0, climb_mps=0.5, diagonals=False)
+ASKED = MovementAutomaton.inertialess(2.0, 15.0, duration_s=2.0, climb_mps=0.5, diagonals=False)
+
+
+def way(table: ClassTable, previous: str, name: str) -> FloatArray:
+    """[steps, 4] of a movement after another one."""
+    return table.paths[table.classes.index(previous), table.names.index(name)]
+
+
+def in_class_after(automaton: MovementAutomaton, state: State, previous: str) -> State:
+    """A state after a movement."""
+    assert automaton.classes is not None
+    return automaton.in_class(state, automaton.classes.classes.index(previous))
 
 
 class Lagging:
@@ -84,10 +97,10 @@ def test_what_was_measured_predicts_far_better_than_the_closed_form(measured: Me
     assert measured.samples == 2 * len(ASKED.names) ** 2
     for own, closed in zip(measured.error_m, measured.closed_form_m, strict=True):
         assert np.quantile(own, 0.95) < 0.2 * np.quantile(closed, 0.95)
-    table = measured.automaton.pairs
+    table = measured.automaton.classes
     assert table is not None
     # A lag of T: after a stop from v, v T (1 - exp(-t / T)) are left to go.
-    braked = table.path("Straight", "Hold")[-1]
+    braked = way(table, "Straight", "Hold")[-1]
     assert braked[0] == pytest.approx(2.0 * 0.5 * (1.0 - np.exp(-4.0)), abs=0.15)
     assert list(table.tube_m) == sorted(table.tube_m)
     inside = [(each <= table.tube_m[n]).mean() for n, each in enumerate(measured.error_m)]
@@ -115,12 +128,14 @@ def test_it_can_stand_and_circle_for_ever_whatever_was_flown_before(measured: Me
     assert automaton.hold.name == "Hold"
     escapes = EscapeLibrary.of(automaton)
     assert escapes.exists
-    table = automaton.pairs
+    table = automaton.classes
     assert table is not None
     for name in automaton.names:
-        assert len(escapes.ways[escapes.nearest(table.label_of(name), 0.0)].begins)
+        assert len(
+            escapes.ways[escapes.nearest(table.label_of(table.classes.index(name)), 0.0)].begins
+        )
     # The way to a stop from full speed brakes first.
-    straight = escapes.nearest(table.label_of("Straight"), 0.0)
+    straight = escapes.nearest(table.label_of(table.classes.index("Straight")), 0.0)
     hold = automaton.names.index("Hold")
     assert escapes.legs.path[straight, hold, -1, 0] > 0.5
 
@@ -129,15 +144,15 @@ def test_reach_sets_are_rooted_at_what_was_flown_last(measured: MeasuredPlant):
     automaton = measured.automaton
     library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=20.0))
     reach_set = library.nearest(0.0)
-    state = automaton.after(State(np.zeros(3), [0.2, -0.3, 0.4]), "Left")
+    state = in_class_after(automaton, State(np.zeros(3), [0.2, -0.3, 0.4]), "Left")
     roll = float(state.attitude_rad[0])
     flown, _ = flown_from(reach_set, turns_of(reach_set), automaton, roll, 0.0)
     names = [automaton.names[m] for m in flown.movement]
-    table = automaton.pairs
+    table = automaton.classes
     assert table is not None
     first = [n for n in range(flown.nodes) if flown.parent[n] < 0]
     for n in first:
-        expected = table.path("Left", names[n])[-1, :3]
+        expected = way(table, "Left", names[n])[-1, :3]
         np.testing.assert_allclose(flown.states[n, :3], expected, atol=1e-12)
     second = next(n for n in range(flown.nodes) if flown.parent[n] in first)
     parent = int(flown.parent[second])
@@ -150,18 +165,18 @@ def test_every_movement_that_may_have_been_flown_last_has_a_reach_set_of_its_own
     measured: MeasuredPlant,
 ):
     automaton = measured.automaton
-    table = automaton.pairs
+    table = automaton.classes
     assert table is not None
     library = ReachLibrary.build(
         automaton, AvoidanceGrid.uniform(range_m=12.0), method="primitives"
     )
     planner = Planner.of(library)
     for previous in automaton.names:
-        state = automaton.after(State(np.zeros(3)), previous)
+        state = in_class_after(automaton, State(np.zeros(3)), previous)
         reach_set = planner.prepared_at(state).reach_set
         for n in np.flatnonzero(reach_set.parent < 0):
             name = automaton.names[reach_set.movement[n]]
-            expected = table.path(previous, name)[-1, :3]
+            expected = way(table, previous, name)[-1, :3]
             np.testing.assert_allclose(reach_set.states[n, :3], expected, atol=1e-9)
     roots = [one.reach_set.start_pitch_rad for _, one in planner.prepared_sets]
     assert len(set(roots)) == len(automaton.names)
@@ -176,13 +191,13 @@ def test_ways_out_keep_clear_by_the_tube(measured: MeasuredPlant):
 
     def margin_of_hold(tube_m: tuple[float, ...]) -> bool:
         """Whether a stop from rest holds beside something that stands 1 m and the body away."""
-        table = automaton.pairs
+        table = automaton.classes
         assert table is not None
         sure = replace(automaton, table=replace(table, tube_m=tube_m))
         settings = AvoidanceSettings(safety_margin_m=1.0, body_radius_m=body_m, escape="known")
         planner = Planner.of(replace(library, automaton=sure), settings)
         beside = ObstacleMap([Obstacle.ball([0.0, 2.1, 0.0], 1.0)])
-        state = sure.after(State(np.zeros(3)), "Hold")
+        state = in_class_after(sure, State(np.zeros(3)), "Hold")
         situation = Situation(state, target_m=np.array([50.0, 0, 0]), obstacle_map=beside)
         assert planner.escapes is not None
         near = gather_in_reach(planner, situation)
@@ -266,7 +281,7 @@ def test_flights_held_out_are_predicted_as_well_as_asked_for(
     assert kind.movements is not None
     found = measure_plant(kind, kind.movements(), MeasureSettings(4, 2, gusts_mps=gusts_mps))
     assert np.quantile(found.error_m[movements - 1], 0.95) <= most_m
-    table = found.automaton.pairs
+    table = found.automaton.classes
     assert table is not None
     inside = found.error_m[movements - 1] <= table.tube_m[movements - 1]
     assert inside.mean() >= 0.99

@@ -191,7 +191,7 @@ dropout = 0.05
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("kind", ["plane", "multirotor"])
+@pytest.mark.parametrize("kind", ["plane", "inertialess"])
 def test_an_hour_of_flight_with_all_that_it_leaves_keeps_bounded_memory(
     tmp_path: Path, kind: str
 ) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from clearway.studies.campaigns.families import make_case
 
-MULTIROTOR = {"vehicle": {"kind": "multirotor"}}
+MULTIROTOR = {"vehicle": {"kind": "inertialess"}}
 CASES = [
     ("room", 802),
     ("u-shape", 806),

@@ -190,7 +190,7 @@ def test_the_effective_mission_flies_the_same_movements_again(tmp_path: Path):
     measured = mission(plant="quadrotor", automaton=str(tmp_path / "one.toml"))
     assert not set(OF_MOVEMENTS) & set(measured.effective()["vehicle"])
     parse_model("again", measured.effective(), MissionFile)
-    closed = mission(plant="quadrotor", kind="multirotor", speed_mps=4.0, turn_step_deg=10.0)
+    closed = mission(plant="quadrotor", kind="inertialess", speed_mps=4.0, turn_step_deg=10.0)
     again = parse_model("again", closed.effective(), MissionFile)
     assert again.vehicle.to_automaton() == closed.vehicle.to_automaton()
     with pytest.raises(InputError, match="turn_step_deg: quadrotor flies its own movements"):

@@ -40,7 +40,7 @@ UNSURE = """
 name = "unsure"
 waypoints_m = [[40.0, 0.0, 0.0]]
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 body_radius_m = 0.1
 [grid]
 range_m = 6.0
@@ -93,7 +93,7 @@ DRIFTS_OFF = """
 name = "drifts-off"
 waypoints_m = [[30.0, 0.0, 0.0]]
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 turn_step_deg = {turn}
 body_radius_m = 0.2
 [grid]

@@ -28,7 +28,7 @@ FINE = 10
 """Steps of the true motion in a tick."""
 GRID = AvoidanceGrid.uniform()
 AUTOMATA = {
-    "stops": MovementAutomaton.multirotor(1.0),
+    "stops": MovementAutomaton.inertialess(1.0),
     "flies on": MovementAutomaton.plane(1.0),
 }
 LIBRARIES: dict[str, ReachLibrary] = {}

@@ -17,7 +17,7 @@ Tables = Mapping[str, Mapping[str, Any]]
 SENSOR = {"beams_per_cell": [20, 10], "sigma_m": 0.03, "dropout": 0.05}
 AIRFRAMES: dict[str, tuple[float, Tables]] = {
     "plane": (25.0, {"vehicle": {"kind": "plane"}}),
-    "copter": (12.0, {"vehicle": {"kind": "multirotor"}}),
+    "copter": (12.0, {"vehicle": {"kind": "inertialess"}}),
     "quadrotor": (
         60.0,
         {

@@ -40,7 +40,7 @@ def test_many_predictions_are_those_of_each_to_the_last_bit(by):
     automaton = {
         "model": PLANE,
         "table": replace(PLANE, table=PLANE.measured(4)),
-        "another model": MovementAutomaton.multirotor(2.0),
+        "another model": MovementAutomaton.inertialess(2.0),
     }[by]
     rng = np.random.default_rng(2)
     for movement in automaton.movements:

@@ -45,7 +45,7 @@ from clearway.traffic import (
 from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
-VehicleKind: TypeAlias = Literal["plane", "multirotor"]
+VehicleKind: TypeAlias = Literal["plane", "inertialess"]
 MOST_MOVEMENTS = 100
 """In a row; reach sets of more would not fit into memory."""
 FARTHEST_OUT = 10
@@ -83,7 +83,7 @@ class ReachSettings:
     """The reach set to rate."""
 
     kind: VehicleKind = "plane"
-    """Of the vehicle: "plane" keeps its speed, "multirotor" can stop."""
+    """Of the vehicle: "plane" keeps its speed, "inertialess" can stop."""
     method: str = "flying"
     tuning: Mapping[str, float] = field(default_factory=dict)
     """Of the method, as `build_reach_set` takes it."""
@@ -279,8 +279,8 @@ def build_scene_automaton(scene: Scene) -> MovementAutomaton:
             f"{FARTHEST_OUT} times its range in a movement of 1 s"
         )
     settings = scene.reach
-    if settings.kind == "multirotor":
-        return MovementAutomaton.multirotor(
+    if settings.kind == "inertialess":
+        return MovementAutomaton.inertialess(
             scene.speed_mps, settings.turn_step_deg, steepest_deg=settings.pitch_limit_deg
         )
     return MovementAutomaton.plane(

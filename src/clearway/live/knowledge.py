@@ -218,7 +218,7 @@ class Knowledge:
         if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
         carried = self.flown.carry(latest, now)
-        return self.planner.automaton.after(carried, self.flown.last_before(now))
+        return self.planner.automaton.in_class(carried, self.flown.class_at(now))
 
     def blind_s(self, now: float) -> float | None:
         """For how long no range sensor has told anything, since the first question where none ever

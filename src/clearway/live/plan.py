@@ -122,7 +122,7 @@ class Plan:
         """
         planned = self.state_at(state.time_s)
         flown_s = state.time_s - self.buffer.start_s
-        if planned is None or self.automaton.pairs is None or flown_s <= TIME_TOLERANCE_S:
+        if planned is None or self.automaton.classes is None or flown_s <= TIME_TOLERANCE_S:
             return 0.0
         ends = [
             entry.end_s - self.buffer.start_s for entry in self.flown_until(state.time_s).entries

@@ -54,7 +54,7 @@ class PlanWatch:
     def _strayed(self, plan: Plan) -> str | None:
         """Whether the latest own state left the tube of the plan; each is looked at once."""
         known = self._known
-        if self._planner.automaton.pairs is None or not known.own_states.reach_back_to(np.inf):
+        if self._planner.automaton.classes is None or not known.own_states.reach_back_to(np.inf):
             return None
         latest = known.own_states.latest
         if latest is self._held_against:

@@ -55,7 +55,7 @@ def assess(
     what `read_scan` found, or estimated from the points. state: own pose in the world frame; by
     default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
     metres; intruders as reported, predicted to the time of the state. speed_mps: of the vehicle
-    whose trajectories are rated; by default one layer a second. vehicle: "multirotor" (can stop) or
+    whose trajectories are rated; by default one layer a second. vehicle: "inertialess" (can stop) or
     "plane" (keeps its speed); by default a multirotor for a scan of a file, else a plane.
     settings: of decisions, looked at more finely here. notice: called with sentences about what
     was assumed or prepared.
@@ -95,7 +95,7 @@ def assess(
         rating=RatingSettings.of(settings),
     )
     _check_times(scene)
-    if vehicle is None and scene.reach.kind == "multirotor":
+    if vehicle is None and scene.reach.kind == "inertialess":
         _tell(notice, [describe_assumed_vehicle(scene.speed_mps, "vehicle", "speed_mps")])
     return assess_scene(scene, notice)
 
@@ -150,7 +150,7 @@ def _recorded_state(scans: Sequence[Scan]) -> State:
 def _assumed(scans: Sequence[Scan]) -> VehicleKind:
     """A multirotor where a file has a scan: few planes carry what records them."""
     recorded = any(isinstance(scan, RecordedScan) for scan in scans)
-    return "multirotor" if recorded else "plane"
+    return "inertialess" if recorded else "plane"
 
 
 def _name(scans: Sequence[Scan]) -> str:

@@ -18,8 +18,8 @@ from clearway.io.toml_writing import write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
 from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.measured import PairTable
-from clearway.vehicle.multirotor import MultirotorModel
+from clearway.vehicle.class_table import ClassTable
+from clearway.vehicle.inertialess import InertialessModel
 
 DIGITS = 5
 """Of metres and radians, far below what any vehicle repeats."""
@@ -101,17 +101,14 @@ class AutomatonFile(Section):
             )
             for one in self.movement
         )
-        pairs = {(one.previous, one.movement): one for one in self.pair}
-        table = PairTable(
+        table = ClassTable.of_pairs(
             tuple(one.name for one in self.movement),
-            {pair: np.array(one.path, dtype=np.float64) for pair, one in pairs.items()},
+            {(one.previous, one.movement): np.array(one.path, np.float64) for one in self.pair},
             self.automaton.first,
-            {pair: one.spread_m for pair, one in pairs.items()},
-            {k: one.spread_yaw_rad for k, one in pairs.items() if one.spread_yaw_rad is not None},
             self.automaton.tube_m,
         )
         return MovementAutomaton(
-            movements, 0.0, vehicle=MultirotorModel(), table=table, forbidden=table.forbidden
+            movements, 0.0, vehicle=InertialessModel(), table=table, forbidden=table.forbidden
         )
 
 
@@ -122,8 +119,9 @@ def read_automaton(path: str | Path) -> MovementAutomaton:
 
 def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSettings) -> AutomatonFile:
     """What measuring gave, as a file."""
-    table = measured.automaton.pairs
+    table = measured.automaton.classes
     assert table is not None  # Measuring makes one.
+    found = measured.pairs
     made = provenance()
     about = AboutSection(
         plant=plant,
@@ -133,7 +131,7 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
         held_out=settings.held_out,
         wind_mps=settings.wind_mps,
         gusts_mps=settings.gusts_mps,
-        first=table.first,
+        first=found.first,
         tube_m=_rounded(table.tube_m),
         error_p95_m=_p95(measured.error_m),
         closed_form_p95_m=_p95(measured.closed_form_m),
@@ -155,10 +153,10 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
             movement=name,
             # Whole digits of what circles or stands: it must do so exactly.
             path=_rows(path if previous == name else np.round(path, DIGITS)),
-            spread_m=round(table.spread_m.get((previous, name), 0.0), 6),
-            spread_yaw_rad=round(table.spread_yaw_rad.get((previous, name), 0.0), 6),
+            spread_m=round(found.spread_m.get((previous, name), 0.0), 6),
+            spread_yaw_rad=round(found.spread_yaw_rad.get((previous, name), 0.0), 6),
         )
-        for (previous, name), path in table.paths.items()
+        for (previous, name), path in found.paths.items()
     )
     return AutomatonFile(automaton=about, movement=movements, pair=pairs)
 

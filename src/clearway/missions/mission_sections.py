@@ -27,7 +27,7 @@ from clearway.sensors.cells.detection import RULES
 from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 
-OF_MULTIROTORS = ("climb_mps", "spot_turn_deg", "slow_mps")
+OF_INERTIALESS = ("climb_mps", "spot_turn_deg", "slow_mps")
 OF_MOVEMENTS = ("kind", "speed_mps", "turn_step_deg", "movement_s", "pitch_limit_deg")
 OF_PLANTS = ("speed_mps", "movement_s")
 """What a plant's own movements are made for."""
@@ -67,7 +67,7 @@ class VehicleSection(Section):
     """Where the flight starts, world frame."""
     attitude_deg: Attitude = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
-    kind: Literal["plane", "multirotor"] = "plane"
+    kind: Literal["plane", "inertialess"] = "plane"
     """A plane keeps its speed and cannot hover; a multirotor can hold, turn on the spot, climb and
     sink straight up and down, and fly slower."""
     plant: Annotated[str, OneOf(PLANTS)] | None = None
@@ -97,7 +97,7 @@ class VehicleSection(Section):
 
     @model_validator(mode="after")
     def _keys_suit_the_kind(self) -> Self:
-        given = [key for key in OF_MULTIROTORS if getattr(self, key) is not None]
+        given = [key for key in OF_INERTIALESS if getattr(self, key) is not None]
         measured = [key for key in OF_MOVEMENTS if key in self.model_fields_set]
         if self.automaton is not None and measured:
             raise ValueError(f"{measured[0]}: the automaton's file says what it is flown with")
@@ -108,7 +108,7 @@ class VehicleSection(Section):
                     f"{lost[0]}: {self.plant} flies its own movements; give a kind too"
                 )
         if self.kind == "plane" and given:
-            raise ValueError(f'{given[0]}: only of kind = "multirotor"')
+            raise ValueError(f'{given[0]}: only of kind = "inertialess"')
         pitch_deg = self.attitude_deg[1]
         if self.pitch_limit_deg == 0.0 and pitch_deg != 0.0 and self.plant is None:
             raise ValueError(
@@ -151,8 +151,8 @@ class VehicleSection(Section):
             keys = {"speed_mps": "speed_mps", "movement_s": "duration_s"}
             given = [name for name in OF_PLANTS if name in self.model_fields_set]
             return plant.movements(**{keys[name]: getattr(self, name) for name in given})
-        if self.kind == "multirotor":
-            return MovementAutomaton.multirotor(
+        if self.kind == "inertialess":
+            return MovementAutomaton.inertialess(
                 self.speed_mps,
                 self.turn_step_deg,
                 duration_s=self.movement_s,

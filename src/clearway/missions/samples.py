@@ -46,7 +46,7 @@ waypoints_m = [[24, 0, 3]]
 
 [vehicle]
 # A plane would find no room to circle in the lane, and by default leads nowhere without.
-kind = "multirotor"
+kind = "inertialess"
 position_m = [-3, 0, 3]
 
 [point_cloud]
@@ -111,7 +111,7 @@ name = "robot"
 waypoints_m = [[30, 0, 0]]
 
 [vehicle]
-kind = "multirotor"
+kind = "inertialess"
 position_m = [10, 0, 0]
 speed_mps = 1.0
 body_radius_m = 0.1
@@ -164,7 +164,7 @@ class Blimp:
     """A blimp that gains speed and turns slowly, and that every wind carries off."""
 
     movements = staticmethod(
-        lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.multirotor(
+        lambda speed_mps=3.0, duration_s=2.0: cw.MovementAutomaton.inertialess(
             speed_mps, 15.0, duration_s=duration_s, climb_mps=0.5, diagonals=False
         )
     )

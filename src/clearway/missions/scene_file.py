@@ -277,7 +277,7 @@ class SceneFile(Section):
         """What the vehicle is: as stated, else a multirotor for a file's scan, else a plane."""
         if self.vehicle is not None and self.vehicle.kind is not None:
             return self.vehicle.kind
-        return "multirotor" if self.records_a_flight else "plane"
+        return "inertialess" if self.records_a_flight else "plane"
 
     @property
     def records_a_flight(self) -> bool:

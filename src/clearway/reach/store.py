@@ -122,7 +122,7 @@ class ReachLibrary:
 
         Raises InputError where that cannot be done, and for an automaton that was measured.
         """
-        if self.automaton.pairs is not None:
+        if self.automaton.classes is not None:
             raise InputError(str(folder), "reach sets of a measured automaton are not shipped")
         lattice = lattice_for(self.automaton, self.grid, self.automaton.start_pitches_rad, {})
         key = hash_library(lattice, self.grid, self.method, {})
@@ -166,7 +166,7 @@ def hash_library(
     for array in (*(each / grid.layer_m for each in lengths), *angles):
         digest.update((np.round(array, 9) + 0.0).tobytes())
     digest.update(np.round(sorted(lattice.start), 9).tobytes())
-    if lattice.automaton.pairs is not None:
+    if lattice.automaton.classes is not None:
         digest.update(repr(sorted(lattice.start.values())).encode())
     return digest.digest()
 
@@ -188,12 +188,13 @@ def _built(
 
 
 def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
-    """The same lattice, begun after each movement of an automaton that was measured."""
-    pairs = lattice.automaton.pairs
-    if pairs is None:
+    """The same lattice, begun in each class of motion."""
+    classes = lattice.automaton.classes
+    if classes is None:
         return (lattice,)
-    flown_last = lattice.pieces.attitude_rad[:, 0]
-    at = [int(np.argmin(np.abs(flown_last - pairs.label_of(name)))) for name in pairs.names]
+    labels = lattice.pieces.attitude_rad[:, 0]
+    numbers = range(len(classes.classes))
+    at = [int(np.argmin(np.abs(labels - classes.label_of(n)))) for n in numbers]
     return tuple(replace(lattice, start=dict.fromkeys(lattice.start, n)) for n in at)
 
 
@@ -202,7 +203,7 @@ def _told_apart(
 ) -> tuple[ReachSet, ...]:
     """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
     else, whoever keeps them by their start pitch tells them apart."""
-    if automaton.pairs is None:
+    if automaton.classes is None:
         return reach_sets
     return tuple(replace(one, start_pitch_rad=n * APART_RAD) for n, one in enumerate(reach_sets))
 

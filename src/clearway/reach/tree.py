@@ -15,6 +15,8 @@ from clearway.base.state import BoolArray, IntArray
 
 LAST_LAYER = 1
 SIDE = 2
+BRIEF = 3
+"""Kind of end of a trajectory that has fewer movements than others of a set by time."""
 
 
 @dataclass(frozen=True, eq=False)

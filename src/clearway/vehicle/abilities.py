@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.frames import FloatArray
-from clearway.vehicle.measured import PairTable
+from clearway.vehicle.class_table import ClassTable
 from clearway.vehicle.movement import Movement
 
 PITCH_TOLERANCE_RAD = 1e-9
@@ -29,7 +29,7 @@ class Moving(Protocol):
     @property
     def names(self) -> tuple[str, ...]: ...
     @property
-    def pairs(self) -> PairTable | None: ...
+    def classes(self) -> ClassTable | None: ...
     @property
     def pitch_limit_rad(self) -> float | None: ...
     @property
@@ -51,9 +51,9 @@ class Moving(Protocol):
 def level_ends(automaton: Moving) -> FloatArray:
     """[n, 6] where the movements end that may be flown from level flight; as measured, those that
     are flown on and on."""
-    level, pairs, movements = np.zeros(6), automaton.pairs, automaton.movements
-    if pairs is not None:
-        steady = [(pairs.label_of(m.name), m) for m in movements]
+    level, classes, movements = np.zeros(6), automaton.classes, automaton.movements
+    if classes is not None:
+        steady = [(classes.label_of(at), movements[m]) for at, m in classes.steady.tolist()]
         measured = [automaton.predict([0.0, 0.0, 0.0, roll, 0.0, 0.0], m) for roll, m in steady]
         return np.array(measured) * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
     ends = [automaton.predict(level, m) for m in movements if automaton.allowed(level, m)]
@@ -62,7 +62,7 @@ def level_ends(automaton: Moving) -> FloatArray:
 
 def mirror_images(automaton: Moving) -> tuple[int, ...] | None:
     """Per movement the index of its mirror image left to right; None if one has none."""
-    if automaton.pairs is not None:
+    if automaton.classes is not None:
         return None
     level, movements = np.zeros(6), automaton.movements
     ends = np.array([automaton.predict(level, movement) for movement in movements])
@@ -80,13 +80,9 @@ def mirror_images(automaton: Moving) -> tuple[int, ...] | None:
 
 def find_standing(automaton: Moving) -> tuple[bool, ...]:
     """Per movement whether neither place nor roll and pitch change, and it may follow itself."""
-    pairs, forbidden = automaton.pairs, automaton.forbidden
-    if pairs is not None:
-        ends = (pairs.path(name, name)[-1] for name in automaton.names)
-        return tuple(
-            not np.any(end[:3]) and (name, name) not in forbidden
-            for name, end in zip(automaton.names, ends, strict=True)
-        )
+    forbidden = automaton.forbidden
+    if automaton.classes is not None:
+        return tuple(np.any(automaton.classes.stands, axis=0).tolist())
     level = np.zeros(6)
     return tuple(
         not np.any(automaton.predict(level, movement)[:5])
@@ -98,7 +94,7 @@ def find_standing(automaton: Moving) -> tuple[bool, ...]:
 
 def keeps_attitude(automaton: Moving) -> bool:
     """Whether no movement changes roll and pitch, nor goes elsewhere for them."""
-    if automaton.pairs is not None:
+    if automaton.classes is not None:
         return False
     level, tilted = np.zeros(6), np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.0])
     return all(
@@ -124,8 +120,8 @@ def spot_turn_m_per_rad(automaton: Moving) -> float:
 
 def turning_radius_m(automaton: Moving) -> float:
     """Smallest v / omega of the level turns, or as measured; inf when nothing turns in flight."""
-    if automaton.pairs is not None:
-        return automaton.pairs.turning_radius_m
+    if automaton.classes is not None:
+        return automaton.classes.turning_radius_m
     radii = [
         movement.speed_mps / movement.turn_rate_rps
         for movement in automaton.movements
@@ -141,7 +137,7 @@ def stays_level(automaton: Moving) -> bool:
 
 def climbs_ahead(automaton: Moving) -> bool:
     """Whether some movement climbs by itself, and each that does leads ahead."""
-    if not automaton.keeps_attitude and automaton.pairs is None:
+    if not automaton.keeps_attitude and automaton.classes is None:
         return False
     ends = automaton.level_ends
     climbing = np.abs(ends[:, 2]) > 0.02 * automaton.step_m
@@ -165,9 +161,10 @@ def steepest_rad(automaton: Moving) -> float | None:
 
 def step_m(automaton: Moving) -> float:
     """Longest way from start to end of a movement in level flight, whatever came before it."""
-    level, pairs = np.zeros(6), automaton.pairs
-    if pairs is not None:
-        return max(float(np.linalg.norm(way[-1, :3])) for way in pairs.paths.values())
+    level, classes = np.zeros(6), automaton.classes
+    if classes is not None:
+        ways = np.linalg.norm(classes.paths[..., -1, :3], axis=-1)
+        return float(np.where(classes.following >= 0, ways, 0.0).max())
     return max(
         float(np.linalg.norm(automaton.predict(level, movement)[:3]))
         for movement in automaton.movements

@@ -18,11 +18,12 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State, Trajectory
 from clearway.vehicle import abilities
-from clearway.vehicle.measured import PairTable
+from clearway.vehicle.class_table import ClassTable
+from clearway.vehicle.copter import CopterLimits, build_copter
+from clearway.vehicle.inertialess import InertialessModel
 from clearway.vehicle.model import PlaneModel, Vehicle
 from clearway.vehicle.movement import Movement as Movement
-from clearway.vehicle.movement import multirotor_movements, plane_movements
-from clearway.vehicle.multirotor import MultirotorModel
+from clearway.vehicle.movement import inertialess_movements, plane_movements
 from clearway.vehicle.table import MovementTable
 
 
@@ -49,7 +50,7 @@ class MovementAutomaton:
     pitch_limit_rad: float | None = None
     _: KW_ONLY
     vehicle: Vehicle = field(default_factory=PlaneModel)
-    table: MovementTable | PairTable | None = None
+    table: MovementTable | ClassTable | None = None
     forbidden: frozenset[tuple[str, str]] = frozenset()
 
     def __post_init__(self) -> None:
@@ -83,7 +84,7 @@ class MovementAutomaton:
         return cls(movements, limit)
 
     @classmethod
-    def multirotor(
+    def inertialess(
         cls,
         speed_mps: float = 1.0,
         turn_step_deg: float = 15.0,
@@ -104,11 +105,11 @@ class MovementAutomaton:
         the speed. Raises ClearwayError for numbers out of range.
 
         >>> import clearway as cw
-        >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=2.0)
+        >>> automaton = cw.MovementAutomaton.inertialess(speed_mps=2.0)
         >>> automaton.can_stop, automaton.predict([0.0] * 6, automaton["Up"])[:3].round(2).tolist()
         (True, [1.73, 0.0, 1.0])
         """
-        movements = multirotor_movements(
+        movements = inertialess_movements(
             speed_mps,
             turn_step_deg,
             duration_s,
@@ -118,7 +119,30 @@ class MovementAutomaton:
             slow_mps,
             diagonals=diagonals,
         )
-        return cls(movements, 0.0, vehicle=MultirotorModel())
+        return cls(movements, 0.0, vehicle=InertialessModel())
+
+    @classmethod
+    def multirotor(
+        cls,
+        speed_mps: float = 5.0,
+        *,
+        acceleration_mps2: float = 3.0,
+        climb_mps: float = 2.0,
+        sink_mps: float = 1.5,
+        yaw_rate_deg_s: float = 90.0,
+    ) -> MovementAutomaton:
+        """A copter with inertia: it accelerates, keeps its speed, brakes, turns and climbs.
+
+        Speeds are the greatest ones. Raises InputError for numbers out of range.
+
+        >>> import clearway as cw
+        >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=10.0)
+        >>> automaton.has_inertia, automaton.can_stop, automaton.fastest_mps
+        (True, True, 10.0)
+        """
+        limits = CopterLimits(speed_mps, acceleration_mps2, climb_mps, sink_mps, yaw_rate_deg_s)
+        movements, table = build_copter(limits)
+        return cls(movements, 0.0, vehicle=InertialessModel(), table=table)
 
     def __repr__(self) -> str:
         limit = self.pitch_limit_rad
@@ -196,6 +220,9 @@ class MovementAutomaton:
         """
         if previous is not None and (previous.name, movement.name) in self.forbidden:
             return False
+        if self.has_inertia and self.classes is not None:
+            at = self.classes.class_at(float(np.asarray(state)[3]))
+            return bool(self.classes.following[at, self.names.index(movement.name)] >= 0)
         if self.pitch_limit_rad is None:
             return True
         start = abs(float(np.asarray(state)[4]))
@@ -222,18 +249,24 @@ class MovementAutomaton:
         return next(straight, self.fastest_mps)
 
     @property
-    def pairs(self) -> PairTable | None:
-        """What was measured of each movement after each other; None where nothing was."""
-        return self.table if isinstance(self.table, PairTable) else None
+    def classes(self) -> ClassTable | None:
+        """What movements do by the class of motion that they begin in; None where it is one."""
+        return self.table if isinstance(self.table, ClassTable) else None
 
-    def after(self, state: State, previous: str | None) -> State:
-        """A state as decisions take it: with what was flown last, for what that matters to.
+    @property
+    def has_inertia(self) -> bool:
+        """Whether classes of motion are speeds: the vehicle accelerates and brakes."""
+        return self.classes is not None and self.classes.has_speeds
 
-        Else without roll and pitch where they do not matter, and as it is where they do.
+    def in_class(self, state: State, at: int | None) -> State:
+        """A state as decisions take it: in its class of motion, where there are any.
+
+        Else without roll and pitch where they do not matter, and as it is where they do. at: the
+        class; None for the first.
         """
-        if self.pairs is None:
+        if self.classes is None:
             return self.upright(state)
-        label = self.pairs.label_of(previous or self.pairs.first)
+        label = self.classes.label_of(self.classes.first if at is None else at)
         return replace(state, attitude_rad=np.array([label, 0.0, state.attitude_rad[2]]))
 
     def tube_m(self, movements: npt.ArrayLike) -> FloatArray:
@@ -241,9 +274,9 @@ class MovementAutomaton:
 
         As measured; 0 where nothing was.
         """
-        return (
-            np.zeros(np.shape(movements)) if self.pairs is None else self.pairs.tube_at(movements)
-        )
+        if self.classes is None:
+            return np.zeros(np.shape(movements))
+        return self.classes.tube_at(movements)
 
     @cached_property
     def stands(self) -> tuple[bool, ...]:

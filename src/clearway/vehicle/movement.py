@@ -92,7 +92,7 @@ def plane_movements(
     )
 
 
-def multirotor_movements(
+def inertialess_movements(
     speed_mps: float,
     turn_step_deg: float,
     duration_s: float,
@@ -119,7 +119,7 @@ def multirotor_movements(
     for slow in slower:
         _in_range("slow_mps", slow, 0.0, speed_mps)
     if len(set(slower)) < len(slower):
-        raise ClearwayError(f"multirotor: slow_mps must differ, got {slower}")
+        raise ClearwayError(f"inertialess: slow_mps must differ, got {slower}")
     turn = float(np.radians(turn_step_deg) / duration_s)
     spot = float(np.radians(spot_turn_deg) / duration_s)
 
@@ -169,4 +169,4 @@ def _in_range(
     if not (inside and np.isfinite(value)):
         ends = f"{'from' if bottom else 'above'} {low:g}"
         ends += "" if np.isinf(high) else f", {'at most' if top else 'below'} {high:g}"
-        raise ClearwayError(f"multirotor: {name} must be a number {ends}, got {value}")
+        raise ClearwayError(f"inertialess: {name} must be a number {ends}, got {value}")

@@ -10,7 +10,7 @@ from clearway.base.arrays import Floats, Floats2, Floats3
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.measured import PairTable
+from clearway.vehicle.class_table import ClassTable
 from clearway.vehicle.model import PlaneModel, plane_advance
 
 MovementPaths = Callable[[float, float], FloatArray]
@@ -20,8 +20,8 @@ its end, from the origin at yaw 0; what `MovementAutomaton.predict` says of them
 
 def movement_paths(automaton: MovementAutomaton, samples: int) -> MovementPaths:
     """The quickest way to ask an automaton's predictor about every movement at once."""
-    if automaton.pairs is not None:
-        return _by_pairs(automaton.pairs, samples)
+    if automaton.classes is not None:
+        return _by_classes(automaton.classes, samples)
     if automaton.table is not None:
         return _by_table(automaton, samples)
     if type(automaton.vehicle) is PlaneModel:
@@ -58,24 +58,24 @@ def _by_table(automaton: MovementAutomaton, samples: int) -> MovementPaths:
     return paths
 
 
-def _by_pairs(pairs: PairTable, samples: int) -> MovementPaths:
+def _by_classes(classes: ClassTable, samples: int) -> MovementPaths:
     shares = np.arange(1, samples + 1) / samples
-    known: dict[str, FloatArray] = {}
+    known: dict[int, FloatArray] = {}
 
-    def after(previous: str) -> FloatArray:
-        states = np.zeros((len(pairs.names), samples, 6))
-        for m, name in enumerate(pairs.names):
-            way = np.array([pairs.along(previous, name, float(share)) for share in shares])
+    def begun_in(at: int) -> FloatArray:
+        states = np.zeros((len(classes.names), samples, 6))
+        for m in range(len(classes.names)):
+            way = np.array([classes.along(at, m, float(share)) for share in shares])
             states[m][:, [0, 1, 2, 5]] = way
-            states[m, :, 3] = pairs.label_of(name)
+            states[m, :, 3] = classes.label_of(classes.after(at, m))
         return states
 
     def paths(roll_rad: float, pitch_rad: float) -> FloatArray:
         del pitch_rad
-        previous = pairs.previous(roll_rad)
-        if previous not in known:
-            known[previous] = after(previous)
-        return known[previous]
+        at = classes.class_at(roll_rad)
+        if at not in known:
+            known[at] = begun_in(at)
+        return known[at]
 
     return paths
 

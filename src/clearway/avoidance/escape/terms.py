@@ -87,6 +87,6 @@ def _tube_of(library: EscapeLibrary) -> tuple[FloatArray, float]:
     """Radii after 0, 1, ... movements, and how long one takes at least."""
     automaton = library.automaton
     shortest_s = min(movement.duration_s for movement in automaton.movements)
-    if automaton.pairs is None:
+    if automaton.classes is None:
         return np.zeros(0), shortest_s
-    return automaton.tube_m(np.arange(len(automaton.pairs.tube_m) + 1)), shortest_s
+    return automaton.tube_m(np.arange(len(automaton.classes.tube_m) + 1)), shortest_s

@@ -188,7 +188,7 @@ def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> Tur
     """prices: as of `curved_distance_to_go`."""
     steepest = automaton.steepest_rad
     radius = automaton.turning_radius_m
-    climbs_level = automaton.keeps_attitude or automaton.pairs is not None
+    climbs_level = automaton.keeps_attitude or automaton.classes is not None
     pitches = np.isfinite(radius) and not climbs_level
     return TurnsAndClimbs(
         float(radius),

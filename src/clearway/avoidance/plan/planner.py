@@ -19,6 +19,7 @@ from clearway.avoidance.plan.costs import (
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.prepared import PreparedReachSet
 from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.avoidance.plan.time_cost import time_flown_m, time_to_go_m
 from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import one_line
@@ -36,7 +37,13 @@ from clearway.vehicle.performance import Performance
 
 def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
     """[nodes] within how far of its prediction the vehicle is on each movement: def. 13."""
-    return None if automaton.pairs is None else automaton.tube_m(reach_set.depth)
+    classes = automaton.classes
+    if classes is None:
+        return None
+    if not classes.has_speeds:
+        return automaton.tube_m(reach_set.depth)
+    ends = classes.class_tube_m[classes.classes_at(reach_set.states[:, 3])]
+    return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
 def _without_turning_back(
@@ -48,6 +55,11 @@ def _without_turning_back(
     back = (turns * turns[previous] < 0.0)[prepared.first_movement]
     price_m = prices.other_side * automaton.step_m
     return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
+
+
+def _by_time(prepared: PreparedReachSet, automaton: MovementAutomaton) -> PreparedReachSet:
+    """With what a movement flies at most as the unit of cost weights."""
+    return replace(prepared, step_m=automaton.step_m, may_stay=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +103,11 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
+        if automaton.has_inertia:
+            if stage_cost is length_and_prices:
+                stage_cost = partial(time_flown_m, automaton=automaton)
+            if terminal_cost is curved_distance_to_go:
+                terminal_cost = time_to_go_m
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
         prepared_sets = tuple(
@@ -106,7 +123,11 @@ class Planner:
             )
             for reach_set in library.reach_sets
         )
-        if automaton.pairs is not None:
+        if automaton.has_inertia:
+            prepared_sets = tuple(
+                (pitch, _by_time(prepared, automaton)) for pitch, prepared in prepared_sets
+            )
+        elif automaton.classes is not None:
             prepared_sets = tuple(
                 (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
                 for previous, (pitch, prepared) in enumerate(prepared_sets)
@@ -188,9 +209,9 @@ class Planner:
         What is verified is then what is flown, from whatever attitude.
         """
         roll, pitch, _ = state.attitude_rad.tolist()
-        pairs = self.automaton.pairs
-        if pairs is not None:  # Rooted at each movement already.
-            return self.prepared_sets[pairs.names.index(pairs.previous(roll))][1]
+        classes = self.automaton.classes
+        if classes is not None:  # Rooted in each class already.
+            return self.prepared_sets[classes.class_at(roll)][1]
         return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepared(self, pitch_rad: float) -> PreparedReachSet:

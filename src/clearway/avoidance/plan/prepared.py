@@ -142,7 +142,7 @@ class PreparedReachSet:
         if is_flown(self.reach_set, automaton, roll_rad, pitch_rad):
             return self
         flown, flyable = flown_from(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
-        if automaton.pairs is not None:  # Rooted at another previous movement: other cells too.
+        if automaton.classes is not None:  # Rooted at another previous movement: other cells too.
             flown = drifted(flown, CALM)
         return replace(
             self,

@@ -62,7 +62,7 @@ class Guardian:
 
     >>> import numpy as np
     >>> import clearway as cw
-    >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=1.0)
+    >>> automaton = cw.MovementAutomaton.inertialess(speed_mps=1.0)
     >>> library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform())
     >>> wall = cw.ObstacleMap([cw.Obstacle.cuboid([3.0, 0.0, 0.0], [1.0, 9.0, 9.0])])
     >>> here = cw.State(np.zeros(3))

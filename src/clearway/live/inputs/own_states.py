@@ -26,6 +26,7 @@ class Flown:
     def __init__(self, automaton: MovementAutomaton, history_s: float) -> None:
         self._automaton, self._history_s = automaton, history_s
         self._buffers: deque[MovementBuffer] = deque()
+        self._began: deque[int | None] = deque()  # The class of motion at the start of each.
         self._asked: tuple[float, float, list[Leg]] | None = None  # The latest `_legs`.
         self.wind_mps = CALM
         """[3] that carries the vehicle, world frame."""
@@ -35,10 +36,12 @@ class Flown:
         if not buffer.entries:
             return
         self.until(buffer.start_s)
+        self._began.append(self.class_at(buffer.start_s))
         self._buffers.append(buffer)
         oldest = buffer.start_s - self._history_s
         while self._buffers[0].end_s < oldest or not self._buffers[0].entries:
             self._buffers.popleft()
+            self._began.popleft()
 
     def until(self, time_s: float) -> None:
         """From a time on it is not known what is flown."""
@@ -68,23 +71,30 @@ class Flown:
         return self._vector_in_calm(state, time_s)[:3]
 
     def _vector_in_calm(self, state: State, time_s: float) -> FloatArray:
-        by_pairs = self._automaton.pairs is not None
-        if by_pairs:
-            vector = self._automaton.after(state, self.last_before(state.time_s)).vector
+        in_classes = self._automaton.classes is not None
+        if in_classes:
+            vector = self._automaton.in_class(state, self.class_at(state.time_s)).vector
         else:
             vector = state.vector
         for movement, duration_s in self._legs(state.time_s, time_s):
             vector = self._automaton.predict(vector, movement, duration_s)
-        if by_pairs:  # Its own roll and pitch: these say what was flown.
+        if in_classes:  # Its own roll and pitch: these say the class.
             vector[3:5] = state.attitude_rad[:2]
         return vector
 
-    def last_before(self, time_s: float) -> str | None:
-        """The movement that was flown before a time, or is being flown; None for none."""
-        for buffer in reversed(self._buffers):
-            for entry in reversed(buffer.entries):
-                if entry.start_s < time_s - TIME_TOLERANCE_S:
-                    return entry.movement.name
+    def class_at(self, time_s: float) -> int | None:
+        """The class of motion at the end of the movement flown before a time, or being flown; None
+        where nothing was flown, and where there are no classes."""
+        classes = self._automaton.classes
+        if classes is None:
+            return None
+        for buffer, began in zip(reversed(self._buffers), reversed(self._began), strict=True):
+            begun = [e for e in buffer.entries if e.start_s < time_s - TIME_TOLERANCE_S]
+            if begun:
+                at = classes.first if began is None else began
+                for entry in begun:
+                    at = classes.after(at, classes.names.index(entry.movement.name))
+                return at
         return None
 
     def unknown_s(self, start_s: float, end_s: float) -> float:

@@ -127,13 +127,14 @@ class _Trial:
     def begins(self, start: State) -> State:
         """Level, as the first decision takes it."""
         level = State(start.position_m, np.array([0.0, 0.0, start.attitude_rad[2]]))
-        return self.library.automaton.after(level, None)
+        return self.library.automaton.in_class(level, None)
 
     def flown(self, state: State, movement: int) -> State:
         """Where a movement leads."""
         roll, pitch, yaw = state.attitude_rad.tolist()
         legs, automaton = self.library.legs, self.library.automaton
-        end = legs.path[self.library.nearest(roll, pitch), movement, -1]
+        at = self.library.nearest(roll, pitch)
+        end = legs.path[at, movement, -1]
         lasts_s = float(legs.duration_s[movement])
         moved_m = compute_rotation(0.0, 0.0, yaw) @ end[:3] + lasts_s * self.wind_mps
         there = State(
@@ -141,7 +142,11 @@ class _Trial:
             np.array([0.0, 0.0, yaw + end[3]]),
             time_s=state.time_s + lasts_s,
         )
-        return automaton.after(there, automaton.names[movement])
+        classes = automaton.classes
+        if classes is None:
+            return automaton.in_class(there, None)
+        label = self.library.attitudes[legs.following[at, movement], 0]
+        return automaton.in_class(there, classes.class_at(float(label)))
 
     def look(self, free: FreeSpace, state: State) -> WaysOut:
         """Mark what a sweep of each sensor shows, and look for escapes."""
@@ -159,7 +164,7 @@ class _Trial:
         """The movement that leads farthest straight on in level flight."""
         automaton, legs = self.library.automaton, self.library.legs
         ends = legs.path[0, :, -1]
-        if automaton.pairs is not None:  # No measured way is quite straight, or quite level.
+        if automaton.classes is not None:  # No measured way is quite straight, or quite level.
             level = np.abs(ends[:, 2]) <= NEARLY * ends[:, 0]
             ahead = (np.abs(ends[:, 3]) <= NEARLY) & level
         else:

@@ -119,7 +119,7 @@ def _through_seen(
     waited = now_s - progress.nearest_s > patience_turns * turn_s
     if progress.stuck_m is None and not (escaped or waited):
         # Who was measured takes its time to turn: each corner would cost it a stop.
-        if radius == 0.0 and planner.automaton.pairs is None:
+        if radius == 0.0 and planner.automaton.classes is None:
             _take_in(knowledge, seen, state)
             before = (*progress.detour, goal) if progress.detour else ()
             past = early_way(routes.cells(), state.position_m, goal, before, planner.grid.range_m)

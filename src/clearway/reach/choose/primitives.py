@@ -18,7 +18,7 @@ from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice, standing_deep
 from clearway.reach.expand.replay import completed
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.multirotor import MultirotorModel
+from clearway.vehicle.inertialess import InertialessModel
 
 TURNS_RAD = 1e-9
 """What turns less does not turn."""
@@ -52,9 +52,9 @@ def _turns_by_speed(automaton: MovementAutomaton) -> list[dict[Turn, int]]:
 def _asked(automaton: MovementAutomaton, movement: Movement) -> FloatArray:
     """[6] where a movement leads; of a measured one what it is asked for: none is quite straight,
     and from a stop it leads less far than later."""
-    if automaton.pairs is None:
+    if automaton.classes is None:
         return automaton.predict(np.zeros(6), movement)
-    return MultirotorModel().advance(np.zeros(6), movement.inputs, movement.duration_s)
+    return InertialessModel().advance(np.zeros(6), movement.inputs, movement.duration_s)
 
 
 def _schedules(turns: dict[Turn, int], deep: int) -> Iterator[list[int]]:

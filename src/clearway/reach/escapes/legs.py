@@ -46,6 +46,10 @@ def legs_from_level(automaton: MovementAutomaton) -> tuple[FloatArray, Legs]:
 
 def attitudes_of(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[FloatArray, IntArray]:
     """Attitudes that movements lead to from level flight, and from which to which."""
+    classes = automaton.classes
+    if automaton.has_inertia and classes is not None:
+        labels = [(classes.label_of(at), 0.0) for at in range(len(classes.classes))]
+        return np.array(labels), classes.following
     found = [(0.0, 0.0)]
     following: list[list[int]] = []
     while len(following) < len(found):
@@ -81,9 +85,13 @@ def legs_of(
     chords = np.diff(along[..., :3], axis=2, prepend=0.0)
     length = np.sqrt(np.einsum("amsi,amsi->ams", chords, chords)).sum(axis=2)
     bend = np.hypot(along[:, :, -1, 5], along[:, :, -1, 4] - attitudes[:, 1, None])
+    sagitta_m = length * bend / (8.0 * LEG_SAMPLES**2)
+    classes = automaton.classes
+    if automaton.has_inertia and classes is not None:
+        sagitta_m += classes.tube_of_movements_m
     return Legs(
         np.ascontiguousarray(along[..., [0, 1, 2, 5]]),
-        length * bend / (8.0 * LEG_SAMPLES**2),
+        sagitta_m,
         following,
         np.array([movement.duration_s for movement in automaton.movements]),
     )

@@ -24,7 +24,7 @@ from clearway.base.state import IntArray
 from clearway.reach.escapes.legs import LEG_SAMPLES, SAME_RAD, Legs, legs_from_level, legs_of
 from clearway.reach.escapes.loops import CLOSES
 from clearway.reach.escapes.store import FoundWays, load_or_search
-from clearway.reach.escapes.ways import MOST_DEPTH, Ways
+from clearway.reach.escapes.ways import Ways
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import movement_paths
 
@@ -54,8 +54,8 @@ class EscapeLibrary:
             while len(_found) >= MOST_LIBRARIES:
                 del _found[next(iter(_found))]
             _found[key] = load_or_search(automaton, legs)
-        ways, widest = _found[key]
-        reach_m = (MOST_DEPTH + widest) * automaton.step_m
+        ways, reach = _found[key]
+        reach_m = reach * automaton.step_m
         return cls(automaton, attitudes, legs, ways, reach_m)
 
     def __repr__(self) -> str:

@@ -19,17 +19,18 @@ import numpy as np
 from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
+from clearway.reach.escapes.braking import braking_ways, measure_reach
 from clearway.reach.escapes.legs import Legs
 from clearway.reach.escapes.loops import extent_m, loops_from
-from clearway.reach.escapes.ways import BEGINNINGS, MOST_ESCAPES, Ways, ways_from
+from clearway.reach.escapes.ways import BEGINNINGS, MOST_DEPTH, MOST_ESCAPES, Ways, ways_from
 from clearway.reach.store import SHIPPED
 from clearway.vehicle.automaton import MovementAutomaton
 
-KIND = KeptKind(b"clearway ways out\n", 1)
+KIND = KeptKind(b"clearway ways out\n", 2)
 """Its version is raised whenever the file's layout or what is found changes."""
 FINENESS = 1e6
 """Parts of a step to which the widest loop is rounded up: machines differ in the last digit."""
-_WIDEST = struct.Struct("<d")
+_REACH = struct.Struct("<d")
 
 
 class FoundWays(NamedTuple):
@@ -37,8 +38,8 @@ class FoundWays(NamedTuple):
 
     ways: tuple[Ways, ...]
     """[attitudes]"""
-    widest: float
-    """How far a loop leads from where it begins, in steps of the automaton."""
+    reach: float
+    """How far any leads from where it begins, in steps of the automaton."""
 
 
 def load_or_search(
@@ -61,14 +62,23 @@ def load_or_search(
 
 def search_escapes(automaton: MovementAutomaton, legs: Legs) -> FoundWays:
     """Search them; takes a fraction of a second."""
+    step_m = automaton.step_m or 1.0
+    classes = automaton.classes
+    if automaton.has_inertia and classes is not None:
+        ways = tuple(braking_ways(classes, at) for at in range(len(classes.classes)))
+        reach_m = max(measure_reach(each, legs) for each in ways)
+        return FoundWays(ways, _rounded_up(reach_m / step_m))
     attitudes = range(len(legs.following))
     loops = [tuple(loops_from(automaton, legs, at)) for at in attitudes]
     ways = tuple(ways_from(automaton, legs, loops, at) for at in attitudes)
     widest_m = max(
         (extent_m(legs, at, loop) for at, each in enumerate(loops) for loop in each), default=0.0
     )
-    step_m = automaton.step_m or 1.0
-    return FoundWays(ways, float(np.ceil(FINENESS * widest_m / step_m)) / FINENESS)
+    return FoundWays(ways, MOST_DEPTH + _rounded_up(widest_m / step_m))
+
+
+def _rounded_up(steps: float) -> float:
+    return float(np.ceil(FINENESS * steps)) / FINENESS
 
 
 def hash_escapes(automaton: MovementAutomaton, legs: Legs) -> bytes:
@@ -96,15 +106,15 @@ def store(
     lengths = np.array([len(array) for array in numbers], dtype="<i4")
     whole = lengths.tobytes() + b"".join(array.tobytes() for array in numbers)
     try:
-        write_kept(path, KIND, key, _WIDEST.pack(found.widest) + zlib.compress(whole, 9))
+        write_kept(path, KIND, key, _REACH.pack(found.reach) + zlib.compress(whole, 9))
     except OSError as cause:
         if refused is not None:
             refused(cause)
 
 
 def _parsed(payload: bytes, attitudes: int) -> FoundWays:
-    (widest,) = _WIDEST.unpack_from(payload)
-    numbers = np.frombuffer(zlib.decompress(payload[_WIDEST.size :]), dtype="<i4")
+    (reach,) = _REACH.unpack_from(payload)
+    numbers = np.frombuffer(zlib.decompress(payload[_REACH.size :]), dtype="<i4")
     fields = len(Ways._fields)
     ends = attitudes * fields + np.concatenate([[0], np.cumsum(numbers[: attitudes * fields])])
     arrays = [
@@ -112,4 +122,4 @@ def _parsed(payload: bytes, attitudes: int) -> FoundWays:
         for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)
     ]
     ways = tuple(Ways(*arrays[n : n + fields]) for n in range(0, len(arrays), fields))
-    return FoundWays(ways, widest)
+    return FoundWays(ways, reach)

@@ -15,8 +15,9 @@ from clearway.base.arrays import Floats, Floats2, Floats4, Floats5, Int32s2
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, compute_rotation
 from clearway.base.grid import AvoidanceGrid
-from clearway.reach.expand.curves import PathAt, curve_parts
+from clearway.reach.expand.curves import DEGREE, PathAt, curve_parts
 from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.class_table import ClassTable
 
 MOVEMENT_SAMPLES = 4
 """Samples kept per movement; paths are traced through cells at a multiple of them."""
@@ -103,6 +104,9 @@ def build_lattice(
     """
     thinnest = float(np.min(np.diff(grid.range_edges_m)))
     steps = MOVEMENT_SAMPLES * max(4, int(np.ceil(4.0 * automaton.step_m / thinnest)))
+    classes = automaton.classes
+    if automaton.has_inertia and classes is not None:
+        return Lattice(automaton, _pieces_of(classes, automaton, steps), {0.0: classes.first})
     attitudes: list[tuple[float, float, Movement | None]] = []
     known: dict[tuple[int, int, str], int] = {}
 
@@ -135,6 +139,27 @@ def build_lattice(
                 "give the automaton a pitch limit, or turn steps that are multiples of each other"
             )
     return Lattice(automaton, _pieces(automaton, rows, attitudes), start)
+
+
+def _pieces_of(classes: ClassTable, automaton: MovementAutomaton, steps: int) -> LatticePieces:
+    """Of classes of motion: each is an attitude, and ways between known positions are straight."""
+    along = classes.along_each(np.arange(1, steps + 1) / steps)
+    position, turned = np.ascontiguousarray(along[..., :3]), along[..., -1, 3]
+    rows = np.insert(classes.paths[..., :3], 0, 0.0, axis=2)
+    share = (np.arange(DEGREE + 1) / DEGREE)[:, None]
+    curve = rows[:, :, :-1, None] + share * np.diff(rows, axis=2)[:, :, :, None]
+    flown = np.linalg.norm(np.diff(rows, axis=2), axis=-1).sum(axis=-1)
+    labels = [(classes.label_of(at), 0.0) for at in range(len(classes.classes))]
+    return LatticePieces(
+        following=classes.following.astype(np.int32),
+        path=position,
+        curve=np.ascontiguousarray(curve),
+        turn_rad=np.ascontiguousarray(turned),
+        length_m=flown,
+        sagitta_m=flown * np.abs(turned) / (8.0 * MOVEMENT_SAMPLES**2),
+        attitude_rad=np.array(labels),
+        duration_s=np.array([movement.duration_s for movement in automaton.movements]),
+    )
 
 
 def _path(

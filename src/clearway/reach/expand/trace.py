@@ -21,7 +21,7 @@ from clearway.reach.expand.passage import (
     crossings,
     list_cell_borders,
 )
-from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
+from clearway.reach.tree import BRIEF, LAST_LAYER, SIDE, ReachSet
 
 Int32Array = npt.NDArray[np.int32]
 
@@ -55,6 +55,8 @@ def trace_reach_set(
         borders,
         crossing_search(borders),
     )
+    if lattice.automaton.has_inertia:  # Layers by time: a plan may end anywhere.
+        exit_kind = np.where(depth == depth.max(), LAST_LAYER, BRIEF).astype(np.int8)
     states = np.empty((len(parent), 6))
     states[:, :3] = samples[:, -1]
     states[:, 3:5] = pieces.attitude_rad[attitude[:, 1]]

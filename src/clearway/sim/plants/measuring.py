@@ -20,9 +20,10 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.sim.plants.air import Air
+from clearway.sim.plants.exact_rounds import with_exact_rounds
 from clearway.sim.plants.plant import Plant, PlantKind
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.measured import PairTable, with_exact_rounds
+from clearway.vehicle.class_table import ClassTable
 
 STEPS = 8
 """Places that are kept of a movement."""
@@ -70,12 +71,30 @@ class FlownMovement(NamedTuple):
     end: FloatArray
 
 
+class MeasuredPairs(NamedTuple):
+    """What was measured of each (movement flown last, movement)."""
+
+    paths: dict[tuple[str, str], FloatArray]
+    """[STEPS, 4] mean way of each pair."""
+    first: str
+    """What counts as flown before a flight begins."""
+    spread_m: dict[tuple[str, str], float]
+    """Standard deviation of each pair's end."""
+    spread_yaw_rad: dict[tuple[str, str], float]
+
+    def fly(self, asked: MovementAutomaton, tube_m: tuple[float, ...] = ()) -> MovementAutomaton:
+        """The automaton that flies as measured; asked: by closed form."""
+        table = ClassTable.of_pairs(asked.names, self.paths, self.first, tube_m)
+        return replace(asked, table=table)
+
+
 @dataclass(frozen=True, eq=False)
 class MeasuredPlant:
     """What measuring a plant gave."""
 
     automaton: MovementAutomaton
     """With the table of pairs."""
+    pairs: MeasuredPairs
     samples: int
     """Movements that made it."""
     error_m: tuple[FloatArray, ...]
@@ -107,20 +126,20 @@ def measure_plant(
         progress(total, total)
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
-    table = table_of(asked, [one for flight in made for one in flight], steady)
-    tube_m = fit_tube(_left_out(asked, flights, steady), max(table.spread_m.values(), default=0.0))
-    measured = replace(asked, table=replace(table, tube_m=tube_m))
+    pairs = measure_pairs(asked, [one for flight in made for one in flight], steady)
+    tube_m = fit_tube(_left_out(asked, flights, steady), max(pairs.spread_m.values(), default=0.0))
+    measured = pairs.fly(asked, tube_m)
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
     samples = sum(len(flight) for flight in made)
-    return MeasuredPlant(measured, samples, errors, closed)
+    return MeasuredPlant(measured, pairs, samples, errors, closed)
 
 
-def table_of(
+def measure_pairs(
     automaton: MovementAutomaton,
     flown: Sequence[FlownMovement],
     steady: Mapping[str, FloatArray],
-) -> PairTable:
+) -> MeasuredPairs:
     """The mean way of each pair, and the spread of its end.
 
     steady: [STEPS, 4] ways of movements flown on and on; those that lead nowhere stand.
@@ -145,7 +164,7 @@ def table_of(
         pair: float(np.sqrt(np.mean([(way[-1, 3] - paths[pair][-1, 3]) ** 2 for way in ways])))
         for pair, ways in by_pair.items()
     }
-    return PairTable(automaton.names, paths, first, spread(), turned)
+    return MeasuredPairs(paths, first, spread(), turned)
 
 
 def _steady(
@@ -223,13 +242,13 @@ def _errors(
     automaton: MovementAutomaton, flights: Sequence[Sequence[FlownMovement]], moves: int
 ) -> FloatArray:
     """How far places lie off after so many movements, predicted from the state before them."""
-    pairs, errors = automaton.pairs, []
+    table, errors = automaton.classes, []
     for flight in flights:
         for begin in range(len(flight) - moves + 1):
             chain = flight[begin : begin + moves]
             state = np.array([*chain[0].start[:3], 0.0, 0.0, chain[0].start[5]])
-            if pairs is not None:
-                state[3] = pairs.label_of(chain[0].previous)
+            if table is not None:
+                state[3] = table.label_of(table.classes.index(chain[0].previous))
             for one in chain:
                 state = automaton.predict(state, automaton[one.name])
             errors.append(float(np.linalg.norm(state[:3] - chain[-1].end[:3])))
@@ -245,7 +264,7 @@ def _left_out(
     errors: list[list[FloatArray]] = [[] for _ in _lengths()]
     for number, left_out in enumerate(flights):
         others = [one for at, flight in enumerate(flights) if at != number for one in flight]
-        by_others = replace(asked, table=table_of(asked, others, steady))
+        by_others = measure_pairs(asked, others, steady).fly(asked)
         for found, moves in zip(errors, _lengths(), strict=True):
             found.append(_errors(by_others, [left_out], moves))
     return tuple(np.concatenate(each) for each in errors)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.multirotor import MultirotorModel
+from clearway.vehicle.inertialess import InertialessModel
 
 GRAVITY_MPS2 = 9.81
 
@@ -20,7 +20,7 @@ def quadrotor_movements(speed_mps: float = 5.0, duration_s: float = 1.5) -> Move
     straight up and down, which lead out of the field of view at once: what leaves the view is paid
     for by a guess, and who believes in it stops for it.
     """
-    every = MovementAutomaton.multirotor(
+    every = MovementAutomaton.inertialess(
         speed_mps,
         20.0,
         duration_s=duration_s,
@@ -57,4 +57,4 @@ def aeroplane_movements(
                     climb_mps=climb,
                 )
 
-    return MovementAutomaton(tuple(all_movements()), 0.0, vehicle=MultirotorModel())
+    return MovementAutomaton(tuple(all_movements()), 0.0, vehicle=InertialessModel())

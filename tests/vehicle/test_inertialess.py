@@ -14,11 +14,11 @@ from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 from clearway.vehicle.disturbed import fly_disturbed, steady_wind
 from clearway.vehicle.model import Vehicle
-from clearway.vehicle.multirotor import MultirotorModel
+from clearway.vehicle.inertialess import InertialessModel
 from clearway.vehicle.paths import motion_depends_on_roll, movement_paths
 
-MODEL = MultirotorModel()
-ROTOR = MovementAutomaton.multirotor(speed_mps=2.0)
+MODEL = InertialessModel()
+ROTOR = MovementAutomaton.inertialess(speed_mps=2.0)
 RATE = st.one_of(st.just(0.0), st.floats(-2.0, 2.0), st.floats(-1e-9, 1e-9))
 ANGLE = st.floats(-1.0, 1.0)
 NAMES = st.lists(st.sampled_from(ROTOR.names), min_size=1, max_size=8)
@@ -115,10 +115,10 @@ def test_properties_of_the_set():
     assert mirrored == [n.replace("x", "Right") for n in swapped]
     tilted = State(np.zeros(3), np.array([0.1, 0.2, 0.3]))
     assert ROTOR.upright(tilted).attitude_rad.tolist() == [0.0, 0.0, 0.3]
-    level = MovementAutomaton.multirotor(climb_mps=0.0)
+    level = MovementAutomaton.inertialess(climb_mps=0.0)
     assert level.stays_level
     assert not {"Up", "Down", "Climb", "Sink"} & set(level.names)
-    slow = MovementAutomaton.multirotor(slow_mps=(0.2, 0.4), diagonals=False)
+    slow = MovementAutomaton.inertialess(slow_mps=(0.2, 0.4), diagonals=False)
     assert {"Slow-0.2-Left", "Slow-0.4"} <= set(slow.names)
     assert "Up-Left" not in slow.names
 
@@ -155,7 +155,7 @@ def test_wind_carries_what_holds():
 )
 def test_numbers_out_of_range_are_named(wrong):
     with pytest.raises(ClearwayError, match=next(iter(wrong))):
-        MovementAutomaton.multirotor(**wrong)
+        MovementAutomaton.inertialess(**wrong)
 
 
 def test_a_rate_of_climb_must_be_finite():

@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 
 
 @dataclass(frozen=True)
-class MultirotorModel:
+class InertialessModel:
     """Speed ahead along the heading, rate of climb, and rates of turn: what an autopilot holds.
 
     x' = v cos(yaw), y' = v sin(yaw), z' = c, and constant rates of roll, pitch and yaw. The path
@@ -31,7 +31,7 @@ class MultirotorModel:
         x, y, z, roll, pitch, yaw = np.asarray(state, dtype=np.float64).tolist()
         held = np.asarray(inputs, dtype=np.float64).tolist()
         if len(held) not in (4, 5):
-            raise ClearwayError(f"multirotor: 4 or 5 inputs are needed, got {len(held)}")
+            raise ClearwayError(f"inertialess: 4 or 5 inputs are needed, got {len(held)}")
         speed, roll_rate, pitch_rate, yaw_rate = held[:4]
         climb = held[4] if len(held) > 4 else 0.0
         half_turn = 0.5 * yaw_rate * duration_s

@@ -1,0 +1,168 @@
+"""Costs of a vehicle with inertia: time flown and time to go, in metres at its greatest speed.
+
+A trajectory that ends fast towards the goal has less time to go than one that ends slowly or
+sideways: what its velocity lacks has to be made up for by the acceleration that there is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.avoidance.plan.costs import Prices
+from clearway.avoidance.rate.goal import Arrival, Goal
+from clearway.base.arrays import Bools, Floats, Floats2, Ints
+from clearway.base.compiled import compiled
+from clearway.base.errors import ClearwayError
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
+from clearway.reach.tree import ReachSet
+from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.class_table import ClassTable
+
+SLOWEST_MPS = 0.8
+"""Speed at which a vehicle may still come to its last goal: it brakes within the reach radius."""
+TOO_FAST = 0.7
+"""Cost of being too fast for the goal beside that of being too slow."""
+EFFORT_S = 0.15
+"""Time that a movement's effort counts as, times the cost weight of turns."""
+CLIMBING, CHANGES_CLIMB, TURNS = 0.7, 1.0, 0.5
+"""Effort of a movement that climbs, that changes its rate of climb, and of its widest turn."""
+HEIGHT = 0.6
+"""Share of the time that a height takes to climb that counts beside the time of the level way:
+both can be flown at once, but a climb that is put off comes at the end."""
+BRIEF_M = 1e3
+"""Cost of every movement that a trajectory has less than others: a plan that what is around cuts
+short is taken only where no longer one is clear."""
+
+
+class SpeedAbilities(NamedTuple):
+    """What the time to go asks of a vehicle."""
+
+    speed_mps: Floats
+    """[classes]"""
+    fastest_mps: float
+    acceleration_mps2: float
+    climb_mps: float
+    sink_mps: float
+    turn_rps: float
+    """On the spot."""
+
+
+def speed_abilities(automaton: MovementAutomaton) -> SpeedAbilities:
+    """Of a vehicle with inertia; raises ClearwayError for any other."""
+    classes = automaton.classes
+    if classes is None or not classes.has_speeds:
+        raise ClearwayError("time to go: the vehicle has no classes of speed")
+    lasts_s = automaton.movements[0].duration_s
+    gained = np.where(
+        classes.following >= 0,
+        np.abs(classes.speed_mps[np.maximum(classes.following, 0)] - classes.speed_mps[:, None]),
+        0.0,
+    )
+    turns = np.abs(classes.paths[classes.first, :, -1, 3]).max()
+    slowest = 1e-3 * float(classes.speed_mps.max())
+    return SpeedAbilities(
+        classes.speed_mps,
+        float(classes.speed_mps.max()),
+        float(gained.max()) / lasts_s,
+        max(float(classes.climb_mps.max()), slowest),
+        max(float(-classes.climb_mps.min()), slowest),
+        float(turns) / lasts_s,
+    )
+
+
+def time_flown_m(
+    reach_set: ReachSet, prices: Prices, *, automaton: MovementAutomaton
+) -> FloatArray:
+    """Cost [nodes] of each movement: its time, and a little for its effort, as metres."""
+    classes = automaton.classes
+    assert classes is not None  # A planner asks this of vehicles with inertia only.
+    end = classes.classes_at(reach_set.states[:, 3])
+    inner = reach_set.parent >= 0
+    before = np.where(inner, end[reach_set.parent], _root_class(reach_set, classes))
+    turned = reach_set.states[:, 5] - np.where(inner, reach_set.states[reach_set.parent, 5], 0.0)
+    climbs = classes.climb_mps[end]
+    effort = CHANGES_CLIMB * (climbs != classes.climb_mps[before]) + CLIMBING * (climbs != 0.0)
+    effort = effort + TURNS * np.abs(turned) / max(float(np.abs(turned).max()), 1e-9)
+    took_s = reach_set.end_time_s - np.where(inner, reach_set.end_time_s[reach_set.parent], 0.0)
+    cost: FloatArray = automaton.fastest_mps * (took_s + EFFORT_S * prices.turn * effort)
+    return cost
+
+
+def _root_class(reach_set: ReachSet, classes: ClassTable) -> int:
+    """The class that a reach set begins in: all its first movements lead from there."""
+    roots = np.flatnonzero(reach_set.parent < 0)
+    ends = classes.classes_at(reach_set.states[roots, 3])
+    fits = np.all(classes.following[:, reach_set.movement[roots]] == ends, axis=1)
+    return int(np.argmax(fits))
+
+
+def time_to_go_m(
+    reach_set: ReachSet,
+    nodes: IntArray,
+    goal: Goal,
+    arrived: Arrival,
+    automaton: MovementAutomaton,
+) -> FloatArray:
+    """Time to go [n] from the ends of nodes [n], in metres at the greatest speed."""
+    able = speed_abilities(automaton)
+    classes = automaton.classes
+    assert classes is not None
+    at = classes.classes_at(reach_set.states[nodes, 3])
+    to_go_s = _time_to_go(reach_set.states, nodes, at, arrived.reached, goal, able)
+    brief = (reach_set.depth.max() - reach_set.depth[nodes]).astype(np.float64)
+    return able.fastest_mps * to_go_s + BRIEF_M * brief
+
+
+@compiled
+def _time_to_go(
+    states: Floats2, nodes: Ints, at: Ints, reached: Bools, to: Goal, able: SpeedAbilities
+) -> Floats:
+    """[n] seconds; at: [n] classes."""
+    result = np.empty(len(nodes))
+    target, following, most = to.target_m, to.next_m, able.acceleration_mps2
+    leg = np.hypot(following[0] - target[0], following[1] - target[1]) / able.fastest_mps
+    for n in range(len(nodes)):
+        node, speed = nodes[n], able.speed_mps[at[n]]
+        goal = following if reached[node] else target
+        dx, dy = goal[0] - states[node, 0], goal[1] - states[node, 1]
+        dz = goal[2] - states[node, 2]
+        away, yaw = np.hypot(dx, dy), states[node, 5]
+        wanted = able.fastest_mps
+        seconds = away / able.fastest_mps
+        if to.final:
+            wanted = min(wanted, np.sqrt(2.0 * most * away) + SLOWEST_MPS)
+            seconds = _time_to_brake(away, most, able.fastest_mps)
+        bearing = np.arctan2(dy, dx) if away > 1e-6 else yaw
+        off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
+        ahead = speed * np.cos(off)
+        aside2 = speed * speed - ahead * ahead
+        lacks = wanted - ahead if wanted > ahead else TOO_FAST * (ahead - wanted)
+        seconds += (lacks * lacks + aside2) / (2.0 * most * wanted)
+        # Slowly, the nose turns no faster than on the spot.
+        slow = max(0.0, 1.0 - speed * able.turn_rps / most)
+        seconds += slow * abs(off) / able.turn_rps
+        climb = able.climb_mps if dz > 0.0 else able.sink_mps
+        rise_s = abs(dz) / climb
+        seconds += HEIGHT * rise_s + max(0.0, (1.0 - HEIGHT) * rise_s - seconds)
+        if not reached[node]:
+            seconds += leg
+        result[n] = seconds
+    return result
+
+
+@compiled
+def _time_to_brake(away: float, most: float, fastest: float) -> float:
+    """Time for a way at whose end the vehicle is slow.
+
+    The speed at a distance s from the end is the square root of 2 a s, plus a slowest one.
+    """
+    slowest = SLOWEST_MPS
+    braking = max(0.0, fastest - slowest)
+    near = min(away, braking * braking / (2.0 * most))
+    gained = np.sqrt(2.0 * most * near)
+    return float(
+        (gained - slowest * np.log(1.0 + gained / slowest)) / most + (away - near) / fastest
+    )

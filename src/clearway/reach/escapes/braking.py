@@ -1,0 +1,96 @@
+"""Escapes of a vehicle with inertia: chains that brake to rest, straight on and in turns, then hold.
+
+The straightest one comes first, since it needs the least space; those that turn or climb while they
+brake lead past what is ahead.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from clearway.base.frames import FloatArray
+from clearway.reach.escapes.legs import Legs, pose_on
+from clearway.reach.escapes.ways import Ways
+from clearway.vehicle.class_table import ClassTable
+from clearway.vehicle.copter import HOLD
+
+TURNING = (0, 1, 2, 3, 5)
+"""Movements that turn at the beginning of a chain, while they brake by half."""
+SHARES = ("-Half", "")
+"""Of the turn that is possible."""
+CLIMBS = (("", 0.0), ("Up", 1.0), ("Down", -1.0))
+"""Rate of climb during the beginning: its name and its sign."""
+
+
+def braking_ways(classes: ClassTable, start: int) -> Ways:
+    """Escapes from a class of motion, each chain once."""
+    number = {name: n for n, name in enumerate(classes.names)}
+    rest = classes.first
+    tree: list[tuple[int, int, int]] = [(-1, -1, start)]
+    known: dict[tuple[int, int], int] = {}
+    ends: dict[int, None] = {}
+    for climb, turning, share, side in product(CLIMBS, TURNING, SHARES, ("Left", "Right")):
+        at, node, flown = start, 0, 0
+        turn = f"{side}{share}"
+        while at != rest:
+            movement = _brake(
+                classes, number, at, turn if flown < turning else "", climb, flown <= turning
+            )
+            if movement < 0:
+                break
+            key = (node, movement)
+            at = int(classes.following[at, movement])
+            if key not in known:
+                known[key] = len(tree)
+                tree.append((node, movement, at))
+            node, flown = known[key], flown + 1
+        if at == rest:
+            ends[node] = None
+    count = len(ends)
+    return Ways(
+        *(np.array([each[part] for each in tree], dtype=np.int64) for part in range(3)),
+        np.array(list(ends), dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
+        np.array([rest], dtype=np.int64),
+        np.array([0, 1], dtype=np.int64),
+        np.array([number[HOLD]], dtype=np.int64),
+    )
+
+
+def _brake(
+    classes: ClassTable,
+    number: dict[str, int],
+    at: int,
+    turn: str,
+    climb: tuple[str, float],
+    is_beginning: bool,
+) -> int:
+    """The movement that brakes: by half where it turns, else with all there is; -1 for none."""
+    name, sign = climb
+    wanted = (name,) if is_beginning and sign else ("",)
+    # A climb begins and ends by way of level flight.
+    ways_up = (*wanted, "") if is_beginning else ("",)
+    brakes = ("Brake-Half",) if turn else ("Brake", "Brake-Half", "Keep")
+    for brake, up in product(brakes, ways_up):
+        for turned in (turn, "") if turn else ("",):
+            full = "-".join(part for part in (brake, turned, up) if part)
+            movement = number.get(full, -1)
+            if movement >= 0 and classes.following[at, movement] >= 0:
+                return movement
+    return number["Brake-Half"] if classes.following[at, number["Brake-Half"]] >= 0 else -1
+
+
+def measure_reach(ways: Ways, legs: Legs) -> float:
+    """How far (m) any of them leads from where it begins."""
+    poses: list[FloatArray] = []
+    farthest = 0.0
+    for parent, movement in zip(ways.parent.tolist(), ways.movement.tolist(), strict=True):
+        if parent < 0:
+            poses.append(np.zeros(4))
+            continue
+        at = int(ways.attitude[parent])
+        poses.append(pose_on(poses[parent], legs.path[at, movement, -1]))
+        farthest = max(farthest, float(np.linalg.norm(poses[-1][:3])))
+    return farthest
