@@ -13,8 +13,8 @@ from clearway.base.state import State
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
 from clearway.vehicle.disturbed import fly_disturbed, steady_wind
-from clearway.vehicle.model import Vehicle
 from clearway.vehicle.inertialess import InertialessModel
+from clearway.vehicle.model import Vehicle
 from clearway.vehicle.paths import motion_depends_on_roll, movement_paths
 
 MODEL = InertialessModel()

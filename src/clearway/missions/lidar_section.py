@@ -131,5 +131,5 @@ class LidarSection(Section):
 def spread_evenly(width: float, spacing: float) -> FloatArray:
     """Middles of equal parts of an interval about 0, each as wide as the spacing or less."""
     parts = max(1, int(np.ceil(width / spacing - 1e-9)))
-    middles: FloatArray = (np.arange(parts) + 0.5 - 0.5 * parts) * (width / parts)
-    return middles
+    half = 0.5 * width * (1.0 - 1.0 / parts)
+    return np.linspace(-half, half, parts)

@@ -15,11 +15,11 @@ from clearway.avoidance.decision import Decision
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
+from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scan
-from clearway.base.state import State
 from clearway.sensors.beams.simulate import Scanner, scanned, sensor_pose
 
 TRIES = 40
@@ -91,13 +91,13 @@ class Adversary:
         """
         rng = self._rng
         for _ in range(TRIES):
-            plan = plans_m[rng.integers(len(plans_m))]
+            plan = plans_m[int(rng.integers(len(plans_m)))]
             radius = 0.5 * self._thickness_m
             if rng.random() < 0.5:
                 radius *= float(rng.uniform(1.0, LARGEST))
             way = rng.normal(size=3)
             way *= rng.uniform(0.0, radius + ASIDE_M * rng.random()) / np.linalg.norm(way)
-            center = plan[rng.integers(len(plan))] + way
+            center = plan[int(rng.integers(len(plan)))] + way
             if self._may_stand(center, radius, track_m):
                 number = len(self.balls)
                 self.balls.append(Obstacle.ball(center, radius, name=f"adversary's ball {number}"))

@@ -316,6 +316,7 @@ class _Flight(Generic[D]):
             progress=self.progress,
             metrics=measure_flight(times, states, self.world, nominal, margin, intruders, straight),
             safety_margin_m=margin,
+            body_radius_m=self.system.planner.settings.body_radius_m,
             seed=self.settings.seed,
             intruder_tracks={
                 name: np.array([[time, *place] for time, place in track])
