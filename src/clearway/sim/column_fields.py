@@ -6,12 +6,15 @@ and of such sizes as the fields that other projects measure their planners in.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
 from clearway.obstacles.columns import Columns
-from clearway.sim.world_parts import ROOM_M, TALL_M, MadeWorld, Span, leg, roomy
+from clearway.sim.world_parts import ROOM_M, TALL_M, MadeWorld, MakeWorld, Span, leg, roomy
 
 TRUNKS_APART_M = 2.5
 FLOWN_M: Span = (0.7, 4.0)
@@ -135,6 +138,20 @@ def column_field(seed: int, columns_per_m2: float = PILLARS_PER_M2) -> MadeWorld
 def cylinder_field(seed: int, covered: float = DENSITIES["medium"]) -> MadeWorld:
     """Cylinders of 1 to 1.5 m radius, 1.5 m apart or more, that cover a share of the ground."""
     return _draw(CYLINDERS, seed, MOST_TRIES, covered * CYLINDERS.area_m2)
+
+
+COLUMN_WORLDS: Mapping[str, MakeWorld] = MappingProxyType(
+    {
+        "forest": forest,
+        "dense-forest": partial(forest, trees_per_m2=0.1),
+        "columns": column_field,
+        **{
+            f"cylinders-{name}": partial(cylinder_field, covered=covered)
+            for name, covered in DENSITIES.items()
+        },
+    }
+)
+"""Worlds of columns by family name."""
 
 
 def _draw(field: ColumnField, seed: int, tries: int, enough_m2: float = np.inf) -> MadeWorld:

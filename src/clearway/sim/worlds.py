@@ -20,7 +20,7 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.clutter import mixed, nets
-from clearway.sim.column_fields import DENSITIES, column_field, cylinder_field, forest
+from clearway.sim.column_fields import COLUMN_WORLDS
 from clearway.sim.dead_ends import (
     cave,
     closed_street,
@@ -232,13 +232,7 @@ def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) ->
 WORLD_FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
     {
         **{f"balls-{count}": partial(ball_world, balls=count) for count in BALL_DENSITIES},
-        "forest": forest,
-        "dense-forest": partial(forest, trees_per_m2=0.1),
-        "columns": column_field,
-        **{
-            f"cylinders-{name}": partial(cylinder_field, covered=covered)
-            for name, covered in DENSITIES.items()
-        },
+        **COLUMN_WORLDS,
         "street": street,
         "wires": wires,
         "walls": walls,
