@@ -276,8 +276,14 @@ def test_a_margin_that_all_would_keep_is_refused(margin: float) -> None:
 
 
 def test_a_cost_that_is_no_number_is_refused() -> None:
-    own = Planner.of(LIBRARY, terminal_cost=lambda *_: np.array([np.inf]))
+    own = Planner.of(LIBRARY, terminal_cost=lambda _, nodes, *__: np.full(len(nodes), np.inf))
     with pytest.raises(ValueError, match="trajectories cost no finite number"):
+        decide(own, Situation(HERE, np.array([30.0, 0.0, 0.0])))
+
+
+def test_a_terminal_cost_of_another_length_is_refused() -> None:
+    own = Planner.of(LIBRARY, terminal_cost=lambda *_: np.array([1.0]))
+    with pytest.raises(ValueError, match="one for every node it is asked of"):
         decide(own, Situation(HERE, np.array([30.0, 0.0, 0.0])))
     with pytest.raises(ValueError, match="stage cost: must be a finite number"):
         Planner.of(LIBRARY, stage_cost=lambda reach_set, _: np.full(reach_set.nodes, np.nan))

@@ -76,7 +76,7 @@ def decide(
     # Fuse: how safe every cell is, (4.17), (5.54).
     cells = assess_cells(evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen)
     # Rate: how safe every trajectory is (4.21), (4.22), (4.23), and what it leaves (2.3).
-    reach = rate_reach_set(prepared.reach_set, cells.rating, settings.threshold)
+    reach = rate_reach_set(prepared.reach_set, cells.rating, planner.threshold)
     rated = Rated(prepared, near, cells, reach)
     # Price: stage costs, cost to go and risk (4.6); what rules forbid and price (fig. 7.1).
     rules = in_force(planner, situation, prepared, goal, near, before)

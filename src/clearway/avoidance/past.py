@@ -101,7 +101,7 @@ class PastGrounds:
     @property
     def reach(self) -> ReachAssessment:
         """How trajectories were rated."""
-        threshold = self.planner.settings.threshold
+        threshold = self.planner.threshold
         return rate_reach_set(self.prepared.reach_set, self.cells.rating, threshold)
 
     @property

@@ -90,8 +90,8 @@ def _why_nothing_is_planned(scans: list[dict[str, Any]], vehicle: Mapping[str, A
     if is_clear and any(one["mode"] != Mode.EMERGENCY for one in scans):
         return [
             f"why         no plan of a {vehicle['kind']} at {vehicle['speed_mps']:g} m/s keeps an "
-            "escape through space that was seen: --vehicle inertialess can stop, a lower --speed or "
-            "a shorter --range needs less space"
+            "escape through space that was seen: --vehicle inertialess can stop, a lower --speed "
+            "or a shorter --range needs less space"
         ]
     return [
         f"why         nothing keeps {scans[0]['margin_m']:.2f} m: what counts is as near as "

@@ -197,9 +197,8 @@ class ClassTable:
         place = np.clip(shares, 0.0, 1.0) * (rows.shape[2] - 1)
         before = np.minimum(place.astype(np.int64), rows.shape[2] - 2)
         between = (place - before)[:, None]
-        step: FloatArray = rows[:, :, before] + between * (
-            rows[:, :, before + 1] - rows[:, :, before]
-        )
+        first, last = rows[:, :, before], rows[:, :, before + 1]
+        step: FloatArray = first + between * (last - first)
         return step
 
     @cached_property

@@ -115,10 +115,10 @@ class _Lattice:
         ahead = float(self.speeds[end] - self.speeds[begin]) / lasts_s
         lateral = float(np.sqrt(max(0.0, most**2 - ahead**2)))
         if fastest == 0.0:
-            return share * min(by_yaw, WIDEST_TURN_RAD)
+            return share * float(min(by_yaw, WIDEST_TURN_RAD))
         if lateral < LEAST_LATERAL * most or begin == 0:
             return None
-        return share * min(lateral * lasts_s / fastest, by_yaw, WIDEST_TURN_RAD)
+        return share * float(min(lateral * lasts_s / fastest, by_yaw, WIDEST_TURN_RAD))
 
     def way(self, begin: tuple[int, int], end: tuple[int, int], turn_rad: float) -> FloatArray:
         """[STEPS, 4] between (speed, climb) classes: both change evenly with time, as the course

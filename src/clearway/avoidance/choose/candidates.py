@@ -128,6 +128,11 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
     arrived = arrival(reach_set, goal, prepared.reach_m)
     ends = complete_ends(prepared, goal, arrived)
     to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)
+    if np.shape(to_go_m) != ends.nodes.shape:
+        raise ClearwayError(
+            f"terminal cost: must give [{len(ends.nodes)}] numbers, one for every node it is asked "
+            f"of; it gave {list(np.shape(to_go_m))}"
+        )
     candidates = priced_ends(
         ends,
         np.ascontiguousarray(to_go_m, dtype=np.float64),
@@ -215,11 +220,11 @@ def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReach
     step_m, first = prepared.step_m, commitment.first_movement
     return Weights(
         step_m,
-        float(prices.miss),
-        float(prices.risk),
+        price_of(prices.miss),
+        price_of(prices.risk),
         step_m * price_of(prices.coated),
         price_of(prices.no_room) * step_m,
-        prices.other_side * step_m,
+        price_of(prices.other_side) * step_m,
         COMMITTED[commitment.side],
         prices.other_plan * step_m,
         prepared.reach_set.movement_names.index(first) if first else -1,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ SAME_PACE = 0.95
 """Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
-OPEN = ("coated", "no_room")
+OPEN = ("coated", "no_room", "risk", "miss", "other_side")
 """Prices that may be left open."""
 
 
@@ -51,16 +51,20 @@ class Prices:
     _: KW_ONLY
     vertical: float = 0.15
     """Per metre of height changed."""
-    risk: float = 0.5
-    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    risk: float | None = None
+    """Per unit of -log P_R, in movement lengths: a safer trajectory may win at a higher cost. None
+    for 0.5, and for 0 where the vehicle has inertia: its cells are too coarse for gaps that it
+    verifies."""
     coated: float | None = None
     """For passing cells that the safety margin around evidence reaches into, in movement lengths:
     cells are coarse, so a verified path may, but need not. None for 3, and for 0 where the vehicle
     can stop: it would turn on the spot again and again to where other cells are free."""
-    miss: float = 2.0
-    """For grazing the reach radius of the goal, in movement lengths; little well inside it."""
-    other_side: float = 4.0
-    """For passing on another side than the one committed to, in movement lengths."""
+    miss: float | None = None
+    """For grazing the reach radius of the goal, in movement lengths; little well inside it. None
+    for 2, and for 0.2 where the vehicle has inertia."""
+    other_side: float | None = None
+    """For passing on another side than the one committed to, in movement lengths. None for 4, and
+    for 0.3 where the vehicle has inertia: it sees what is ahead earlier."""
     other_plan: float = 0.1
     """For a first movement other than the last plan's, in movement lengths."""
     no_room: float | None = None
@@ -82,15 +86,20 @@ class Prices:
 
     __repr__ = brief
 
-    def suited(self, *, can_stop: bool, unseen_is_free: bool = False) -> Prices:
-        """With the prices of coated cells and of no room that suit a vehicle and what its ways out
-        stand on, where none are given."""
-        coated, no_room = self.coated, self.no_room
-        if coated is None:
-            coated = 0.0 if can_stop else 3.0
-        if no_room is None:
-            no_room = 12.0 if unseen_is_free else 6.0
-        return replace(self, coated=coated, no_room=no_room)
+    def suited(
+        self, *, can_stop: bool, has_inertia: bool = False, unseen_is_free: bool = False
+    ) -> Prices:
+        """With the prices that suit a vehicle and what its escapes stand on, where none are
+        given."""
+        suits = {
+            "coated": 0.0 if can_stop else 3.0,
+            "no_room": 12.0 if unseen_is_free else 6.0,
+            "risk": 0.0 if has_inertia else 0.5,
+            "miss": 0.2 if has_inertia else 2.0,
+            "other_side": 0.3 if has_inertia else 4.0,
+        }
+        missing: dict[str, Any] = {k: v for k, v in suits.items() if getattr(self, k) is None}
+        return replace(self, **missing)
 
 
 def price_of(price: float | None) -> float:

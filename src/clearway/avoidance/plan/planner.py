@@ -15,6 +15,7 @@ from clearway.avoidance.plan.costs import (
     TerminalCost,
     curved_distance_to_go,
     length_and_prices,
+    price_of,
 )
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.prepared import PreparedReachSet
@@ -53,7 +54,7 @@ def _without_turning_back(
     changing sides: who turns there sees another way at every turn, and would do so for ever."""
     turns = np.array([m.yaw_rate_rps for m in automaton.movements]) * automaton.stands
     back = (turns * turns[previous] < 0.0)[prepared.first_movement]
-    price_m = prices.other_side * automaton.step_m
+    price_m = price_of(prices.suited(can_stop=True).other_side) * automaton.step_m
     return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
 
 
@@ -171,8 +172,16 @@ class Planner:
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
         return self.settings.prices.suited(
-            can_stop=self.automaton.can_stop, unseen_is_free=self.settings.escape == Escape.KNOWN
+            can_stop=self.automaton.can_stop,
+            has_inertia=self.automaton.has_inertia,
+            unseen_is_free=self.settings.escape == Escape.KNOWN,
         )
+
+    @property
+    def threshold(self) -> float:
+        """P_R that a trajectory must have; none of a vehicle with inertia: its cells are too coarse
+        for gaps that it verifies."""
+        return 0.0 if self.automaton.has_inertia else self.settings.threshold
 
     @cached_property
     def speed_mps(self) -> float:

@@ -113,7 +113,8 @@ def time_to_go_m(
     at = classes.classes_at(reach_set.states[nodes, 3])
     to_go_s = _time_to_go(reach_set.states, nodes, at, arrived.reached, goal, able)
     brief = (reach_set.depth.max() - reach_set.depth[nodes]).astype(np.float64)
-    return able.fastest_mps * to_go_s + BRIEF_M * brief
+    cost: FloatArray = able.fastest_mps * to_go_s + BRIEF_M * brief
+    return cost
 
 
 @compiled

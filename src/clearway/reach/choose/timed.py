@@ -56,9 +56,9 @@ def _grow(lattice: Lattice, root: int, layers: int) -> ByteArray:
             ends = climbs[np.maximum(pieces.following[at], 0)]
             allowed &= ~idle & ((ends == climbs[at][:, None]) | (ends == 0.0))
         node, movement = np.nonzero(allowed)
-        pose = _placed(
-            pose[node], pieces.path[at[node], movement, -1], pieces.turn_rad[at[node], movement]
-        )
+        before = at[node]
+        end, turn_rad = pieces.path[before, movement, -1], pieces.turn_rad[before, movement]
+        pose = _placed(pose[node], end, turn_rad)
         spent = spent[node] + effort[at[node], movement]
         buffers = buffers[node]
         buffers[:, layer] = movement + 1
@@ -119,4 +119,5 @@ def _effort_of(lattice: Lattice) -> FloatArray:
     ends = climbs[np.maximum(pieces.following, 0)]
     widest = np.abs(pieces.turn_rad).max(axis=1, keepdims=True)
     turns = np.abs(pieces.turn_rad) / np.where(widest > 0.0, widest, 1.0)
-    return (ends != climbs[:, None]) + 0.7 * (ends != 0.0) + 0.5 * turns
+    effort: FloatArray = (ends != climbs[:, None]) + 0.7 * (ends != 0.0) + 0.5 * turns
+    return effort

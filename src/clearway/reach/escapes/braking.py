@@ -1,7 +1,7 @@
-"""Escapes of a vehicle with inertia: chains that brake to rest, straight on and in turns, then hold.
+"""Escapes of a vehicle with inertia: chains that brake to rest, straight or in turns, then hold.
 
-The straightest one comes first, since it needs the least space; those that turn or climb while they
-brake lead past what is ahead.
+The straightest one comes first, since it needs the least space; those that turn or climb while
+they brake lead past what is ahead.
 """
 
 from __future__ import annotations
@@ -35,9 +35,8 @@ def braking_ways(classes: ClassTable, start: int) -> Ways:
         at, node, flown = start, 0, 0
         turn = f"{side}{share}"
         while at != rest:
-            movement = _brake(
-                classes, number, at, turn if flown < turning else "", climb, flown <= turning
-            )
+            turned = turn if flown < turning else ""
+            movement = _brake(classes, number, at, turned, climb, flown <= turning)
             if movement < 0:
                 break
             key = (node, movement)
@@ -49,8 +48,11 @@ def braking_ways(classes: ClassTable, start: int) -> Ways:
         if at == rest:
             ends[node] = None
     count = len(ends)
+    parent, movement, attitude = np.array(tree, dtype=np.int64).T
     return Ways(
-        *(np.array([each[part] for each in tree], dtype=np.int64) for part in range(3)),
+        np.ascontiguousarray(parent),
+        np.ascontiguousarray(movement),
+        np.ascontiguousarray(attitude),
         np.array(list(ends), dtype=np.int64),
         np.zeros(count, dtype=np.int64),
         np.array([rest], dtype=np.int64),

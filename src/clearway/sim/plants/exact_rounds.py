@@ -1,4 +1,4 @@
-"""Measured ways made exact where they nearly stand or circle, so that they can be flown for ever."""
+"""Measured ways made exact where they nearly stand or circle: these can be flown for ever."""
 
 from __future__ import annotations
 
