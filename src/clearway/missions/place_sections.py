@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from clearway.io.choices import OneOf
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.scans.optical import Axes
-from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import ObstacleSection, Point, Positive, said
 from clearway.obstacles.columns import Columns
@@ -60,8 +60,8 @@ class ColumnsSection(Section):
 
         rows: npt.ArrayLike = self.rows_m
         ground_m = -np.inf
-        if self.made is not None:
-            made = COLUMN_WORLDS[self.made](self.seed).world
+        made = None if self.made is None else COLUMN_WORLDS[self.made](self.seed).world
+        if isinstance(made, Columns):
             rows, ground_m = made.rows_m, made.ground_m
         elif self.file is not None:
             rows = read_column_table(Path(self.file))

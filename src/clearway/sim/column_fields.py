@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from clearway.obstacles.columns import Columns
-from clearway.sim.world_parts import ROOM_M, TALL_M, MadeWorld, MakeWorld, Span, leg, roomy
+from clearway.sim.world_parts import ROOM_M, TALL_M, MadeWorld, MakeWorld, Span, drawn, leg, roomy
 
 TRUNKS_APART_M = 2.5
 FLOWN_M: Span = (0.7, 4.0)
@@ -40,6 +40,8 @@ class ColumnField:
     low_m: float
     apart_m: float = -np.inf
     """Between two columns, at least; they may overlap by default."""
+    doubled: float = 0.0
+    """Share of columns that overlap the one drawn before them."""
     room_m: float = 2.5
     """About start and goal."""
     ground_m: float = -np.inf
@@ -89,11 +91,15 @@ PILLARS = ColumnField(
     radii_m=(0.24, 0.55, 0.72, 0.86, 1.0, 1.1, 1.17, 1.28, 1.37, 1.47, 2.2),
     tops_m=(0.7, 2.8, 2.97, 3.05, 3.2, 3.35, 3.5, 3.65, 3.75, 3.83, 3.94),
     low_m=0.0,
+    apart_m=1.2,
+    doubled=0.18,
     ground_m=0.0,
     flown_m=(FLOWN_M[0], 3.6),
     corridor_m=11.0,
 )
 PILLARS_PER_M2 = 0.038
+DOUBLED_M: Span = (0.9, 2.1)
+"""Between the axes of two columns that overlap."""
 CYLINDERS = ColumnField(
     name="cylinders",
     stream=63,
@@ -110,7 +116,7 @@ CYLINDERS = ColumnField(
     corridor_m=20.0,
 )
 MOST_TRIES = 20_000
-"""Cylinders drawn until they cover as much of the ground as asked for."""
+"""Columns drawn until there are as many, or they cover as much of the ground, as asked for."""
 
 
 def forest(
@@ -128,16 +134,16 @@ def forest(
 
 
 def column_field(seed: int, columns_per_m2: float = PILLARS_PER_M2) -> MadeWorld:
-    """Columns of 0.2 to 2.2 m radius that may overlap, most as high as can be flown, some lower.
+    """Columns of 0.2 to 2.2 m radius, some overlapping, most as high as can be flown.
 
     Their number, radii, heights and gaps are distributed as on a map that another project flies.
     """
-    return _draw(PILLARS, seed, round(columns_per_m2 * PILLARS.area_m2))
+    return _draw(PILLARS, seed, MOST_TRIES, number=round(columns_per_m2 * PILLARS.area_m2))
 
 
 def cylinder_field(seed: int, covered: float = DENSITIES["medium"]) -> MadeWorld:
     """Cylinders of 1 to 1.5 m radius, 1.5 m apart or more, that cover a share of the ground."""
-    return _draw(CYLINDERS, seed, MOST_TRIES, covered * CYLINDERS.area_m2)
+    return _draw(CYLINDERS, seed, MOST_TRIES, enough_m2=covered * CYLINDERS.area_m2)
 
 
 COLUMN_WORLDS: Mapping[str, MakeWorld] = MappingProxyType(
@@ -154,24 +160,40 @@ COLUMN_WORLDS: Mapping[str, MakeWorld] = MappingProxyType(
 """Worlds of columns by family name."""
 
 
-def _draw(field: ColumnField, seed: int, tries: int, enough_m2: float = np.inf) -> MadeWorld:
-    """Columns of a field: as many as are drawn, but for those that stand in the way of others."""
+def _draw(
+    field: ColumnField,
+    seed: int,
+    tries: int,
+    *,
+    number: int | None = None,
+    enough_m2: float = np.inf,
+) -> MadeWorld:
+    """Columns of a field: those of some tries that no other column and neither end forbids.
+
+    number, enough_m2: of columns, and of the ground that they cover; with either there are enough.
+    """
     rng = np.random.default_rng([seed, field.stream])
     mission = leg(f"{field.name}-{seed}", field.start_m, field.end_m)
     (near, far), aside = field.ahead_m, field.half_width_m
     rows = np.empty((tries, 5))
     count, covered_m2 = 0, 0.0
     for _ in range(tries):
+        if covered_m2 >= enough_m2 or count == number:
+            break
         x, y = rng.uniform([near, -aside], [far, aside])
         radius = _quantile(rng, field.radii_m)
         top = _quantile(rng, field.tops_m)
+        apart_m = field.apart_m
+        if count and field.doubled and rng.random() < field.doubled:
+            angle, away = rng.uniform(-np.pi, np.pi), drawn(rng, DOUBLED_M)
+            x = rows[count - 1, 0] + away * np.cos(angle)
+            y = rows[count - 1, 1] + away * np.sin(angle)
+            apart_m = -np.inf
         stand = rows[:count]
         gaps = np.hypot(stand[:, 0] - x, stand[:, 1] - y) - stand[:, 2] - radius
-        if np.all(gaps >= field.apart_m) and roomy(mission, np.array([x, y]), radius, field.room_m):
+        if np.all(gaps >= apart_m) and roomy(mission, np.array([x, y]), radius, field.room_m):
             rows[count] = x, y, radius, field.low_m, top
             count, covered_m2 = count + 1, covered_m2 + np.pi * radius**2
-        if covered_m2 >= enough_m2:
-            break
     world = Columns(rows[:count], ground_m=field.ground_m)
     return MadeWorld(world, mission, heights_m=field.flown_m, corridor_m=field.corridor_m)
 
