@@ -8,12 +8,14 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
+from clearway.io.maps.column_table import read_column_table
 from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model
 from clearway.missions.lidar_section import PATTERN_KEYS
@@ -25,8 +27,11 @@ from clearway.missions.mission_file import (
 )
 from clearway.missions.mission_maps import mission_maps
 from clearway.missions.mission_world import mission_world
+from clearway.missions.sections import Point, Positive
 from clearway.missions.setup import FlightSetup, prepare
-from clearway.sim.world_parts import scatter_ends
+from clearway.missions.world_file import mission_of
+from clearway.obstacles.columns import Columns
+from clearway.sim.world_parts import MadeWorld, leg, scatter_ends
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.made_worlds import MADE, MadeFamily, StartParameters
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
@@ -51,6 +56,19 @@ class PlaceParameters(StartParameters):
 
     mission: str
     """A mission file, relative to the campaign's: the seed is that of noise and drop-outs."""
+
+
+class TableParameters(StartParameters):
+    """Of `table`."""
+
+    file: str
+    """A table of columns (.csv), relative to the campaign's file: x, y, radius, height."""
+    start_m: Point
+    goal_m: Point
+    heights_m: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    """Lowest and highest height to fly at; default: any."""
+    corridor_m: Positive | None = None
+    """Half the width of what is flown in about the straight way; default: any."""
 
 
 class SampledParameters(Section):
@@ -130,6 +148,19 @@ def _place(case: CaseOf) -> MissionFile:
     return _from_anywhere(file, case).changed("simulation", seed=case.seed)
 
 
+def _table(case: CaseOf) -> MissionFile:
+    given = case.parameters
+    path = at_hand(case.folder / given.file)
+    if not path.exists():
+        raise AbsentDataError(f"no file {given.file}{where_from(path)}")
+    world = Columns(read_column_table(path), ground_m=0.0)
+    mission = leg(f"{path.stem}-{case.seed}", given.start_m, given.goal_m)
+    if given.ends is not None:
+        mission = scatter_ends(mission, world, given.heights_m, given.ends, case.seed)
+    made = MadeWorld(world, mission, given.heights_m, given.corridor_m)
+    return mission_of(made, case.seed)
+
+
 def _from_anywhere(file: MissionFile, case: CaseOf) -> MissionFile:
     """The mission with start and goals moved at random, where the parameters ask for it."""
     ends = case.parameters.ends
@@ -183,6 +214,11 @@ CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
         "mission": Family("A mission that comes with clearway.", MissionParameters, _mission),
         "place": Family(
             "A mission file of your own, such as a surveyed place.", PlaceParameters, _place
+        ),
+        "table": Family(
+            "A table of columns, such as the obstacle field of a benchmark.",
+            TableParameters,
+            _table,
         ),
         **{
             kind: Family(_about(make), ConflictParameters, _conflict(kind))
