@@ -268,14 +268,15 @@ def _changed(
     """The mission with keys of its tables changed, checked like a file."""
     if not changes:
         return file
-    tables = file.effective()
+    # Only keys that were given: what suits one kind of vehicle is refused for another.
+    tables = file.model_dump(exclude_unset=True)
     for table, values in changes.items():
-        old = tables.get(table, {})
         # Every sensor, intruder or obstacle alike.
-        several = isinstance(old, (list, tuple))
-        tables[table] = (
-            [_changed_keys(one, values) for one in old] if several else {**old, **values}
-        )
+        if isinstance(getattr(file, table), tuple):
+            old = [one.model_dump(exclude_unset=True) for one in getattr(file, table)]
+            tables[table] = [_changed_keys(one, values) for one in old]
+        else:
+            tables[table] = {**(tables.get(table) or {}), **values}
     return parse_model("changes", tables, MissionFile, folder)
 
 
