@@ -136,7 +136,7 @@ class _Flight(Generic[D]):
         planner, mission = self.system.planner, self.mission
         start_m = planner.settings.start_free_m
         if start_m is None:
-            start_m = 3.0 * max(self.automaton.step_m, self.margin_m)
+            start_m = self.automaton.step_m
         kept = KeptClear(self.margin_m, start_m, mission.reach_radius_m + self.margin_m)
         places = np.concatenate([mission.start.position_m[None], mission.goals_m])
         rng = np.random.default_rng([seed, 4])
