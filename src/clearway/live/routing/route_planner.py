@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.avoidance.plan.route_field import Pace, RouteField, time_to_go
+from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
 from clearway.live.routing.clearance_marking import SpeedRule, speeds_of
@@ -109,6 +109,7 @@ class RoutePlanner:
                 settings.ends_within_m,
                 slack_s,
                 most_s,
+                settings.slow_mps,
             )
             if found:
                 break

@@ -29,7 +29,8 @@ COARSER_HEIGHT = 0.5
 HEADINGS_RAD = (0.12, 0.6)
 """Least and greatest difference of headings that tells nodes apart."""
 EFFORT = 0.3
-"""Weight of a chain's effort against chance, where one of several alike is kept."""
+"""Weight of a chain's effort against chance, where one of several alike is kept. Sets of plain
+chains alone put off what has to be done."""
 
 
 def select_timed() -> Select:
@@ -67,7 +68,9 @@ def _grow(lattice: Lattice, root: int, layers: int) -> ByteArray:
         at = pieces.following[at[node], movement].astype(np.int64)
         if layer:
             most = KEPT[min(layer, len(KEPT)) - 1]
-            kept = _disperse(pose, at, EFFORT * spent + rng.random(len(at)), most)
+            rank = EFFORT * spent + rng.random(len(at))
+            rank[np.all(buffers[:, :layer] == buffers[:, layer, None], axis=1)] = -1.0
+            kept = _disperse(pose, at, rank, most)
             pose, spent, buffers, at = pose[kept], spent[kept], buffers[kept], at[kept]
         found.append(buffers)
     return np.concatenate(found)

@@ -59,6 +59,18 @@ class RouteField(NamedTuple):
         return brief(self)
 
 
+class PlacedRoute(NamedTuple):
+    """A route field, and where the level frame of a decision lies in it."""
+
+    field: RouteField
+    origin_m: Floats
+    """[3] world frame."""
+    yaw_rad: float
+
+    def __repr__(self) -> str:
+        return brief(self)
+
+
 @compiled
 def time_to_go(
     field: RouteField, x: float, y: float, z: float
