@@ -25,7 +25,7 @@ def legs_for(automaton: MovementAutomaton) -> Legs:
 
 
 def same(one: FoundWays, other: FoundWays) -> bool:
-    assert one.reach == other.widest
+    assert one.reach == other.reach
     for ways, others in zip(one.ways, other.ways, strict=True):
         for field, a, b in zip(Ways._fields, ways, others, strict=True):
             assert (a.dtype, a.tobytes()) == (b.dtype, b.tobytes()), field
