@@ -33,7 +33,7 @@ def field_round(
 ) -> tuple[RouteField, bool]:
     used = of or planner()
     start = np.array([0.0, 0.0, 1.0])
-    used.take(start, points_m, np.zeros(len(points_m)))
+    used.take(start, points_m)
     return used.field(start, target_m)
 
 
@@ -191,11 +191,11 @@ def test_what_vanished_bars_no_more_and_leaves_no_trace() -> None:
     stays = np.column_stack([rng.uniform(5.0, 25.0, 40), rng.uniform(-9.0, 9.0, 40), np.ones(40)])
     used, fresh = planner(), planner()
     goes = box(3.0)
-    used.take(start, np.concatenate([stays, goes]), np.zeros(len(stays) + len(goes)))
+    used.take(start, np.concatenate([stays, goes]))
     assert not used.field(start, target)[1]
     for _ in range(PROVES_EVERY):
-        used.take(start, stays, np.zeros(len(stays)), 200.0)
-    fresh.take(start, stays, np.zeros(len(stays)))
+        used.take(start, stays, 200.0)
+    fresh.take(start, stays)
     np.testing.assert_array_equal(used.space.clearance_m, fresh.space.clearance_m)
     assert used.field(start, target)[1]
 
@@ -205,12 +205,12 @@ def test_moving_along_changes_nothing_that_is_known() -> None:
     points = np.column_stack([rng.uniform(-30.0, 60.0, (4000, 2)), rng.uniform(0.0, 2.0, 4000)])
     used, fresh = planner(), planner()
     none = np.zeros((0, 3))
-    used.take(np.array([0.0, 0.0, 1.0]), points, np.zeros(len(points)))
+    used.take(np.array([0.0, 0.0, 1.0]), points)
     for along in np.linspace(0.0, 1.0, 30):
         here = np.array([40.0 * along, 25.0 * np.sin(3.0 * along), 1.0])
-        used.take(here, none, np.zeros(0))
+        used.take(here, none)
     kept = used.space.known_points_m
-    fresh.take(here, kept, np.zeros(len(kept)))
+    fresh.take(here, kept)
     low = used.space.levels.low
     if np.array_equal(low, fresh.space.levels.low):
         np.testing.assert_allclose(used.space.clearance_m, fresh.space.clearance_m)
@@ -247,7 +247,7 @@ def test_a_way_has_few_corners_and_keeps_off(seed: int) -> None:
     points = np.concatenate([wall(x, -40.0, end), wall(x + 6.0, -1.0, 40.0)])
     target, start = np.array([x + 15.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])
     used = planner(slow_mps=2.0)
-    used.take(start, points, np.zeros(len(points)))
+    used.take(start, points)
     way = used.way_m(start, target)
     assert 2 <= len(way) <= 6
     corners = np.stack([start, *way, target])
@@ -260,6 +260,6 @@ def test_a_way_has_few_corners_and_keeps_off(seed: int) -> None:
 def test_where_the_straight_way_is_open_it_needs_none() -> None:
     used = planner()
     start = np.array([0.0, 0.0, 1.0])
-    used.take(start, np.zeros((0, 3)), np.zeros(0))
+    used.take(start, np.zeros((0, 3)))
     for place in random_places(20, 60.0, 11):
         assert used.way_m(start, place) == ()

@@ -293,7 +293,7 @@ class Knowledge:
         if routes is None or self.progress.done(self.mission):
             return None
         place_m, known = state.position_m, self.sensing.remembered
-        routes.take(place_m, known.position_m, known.radius_m, self.sensing.memory_reach_m)
+        routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
         field, is_known = routes.field(place_m, self.progress.target(self.mission))
         return field if is_known else None
 

@@ -245,5 +245,5 @@ def way_round(
     """Round what the map and the memory show, with room to turn if there is any."""
     routes, remembered = knowledge.known_routes, knowledge.sensing.remembered
     reach_m = knowledge.sensing.memory_reach_m
-    routes.take(position_m, remembered.position_m, remembered.radius_m, reach_m)
+    routes.take(position_m, remembered.position_m, reach_m)
     return routes.way_m(position_m, target_m)

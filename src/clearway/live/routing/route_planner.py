@@ -82,7 +82,7 @@ class RoutePlanner:
         self, settings: RouteSettings, layout: RouteCells, base: BaseClearance | None = None
     ) -> None:
         self.settings = settings
-        self.space = KnownSpace(layout, settings.margin_m, settings.wide_m, base)
+        self.space = KnownSpace(layout, settings.wide_m, base)
         self._rule = SpeedRule(
             settings.margin_m,
             settings.wide_m,
@@ -93,15 +93,9 @@ class RoutePlanner:
         )
         self._last: RouteField | None = None
 
-    def take(
-        self,
-        vehicle_m: FloatArray,
-        points_m: FloatArray,
-        radius_m: FloatArray,
-        complete_m: float = 0.0,
-    ) -> bool:
+    def take(self, vehicle_m: FloatArray, points_m: FloatArray, complete_m: float = 0.0) -> bool:
         """Take in what is known now, as of `KnownSpace.take`."""
-        return self.space.take(vehicle_m, points_m, radius_m, complete_m)
+        return self.space.take(vehicle_m, points_m, complete_m)
 
     def field(self, vehicle_m: FloatArray, target_m: FloatArray) -> tuple[RouteField, bool]:
         """Return the field of time to go to a target [3], and whether a way from the vehicle [3]

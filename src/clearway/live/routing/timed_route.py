@@ -25,7 +25,7 @@ OF_MARGIN, OF_TURN = 1.0, 0.25
 """Edge of the finest cells, in margins, and in turning radii where these are more."""
 BESIDE_M = 3.0
 """How far above and below the heights of the mission ways round are looked for, at least."""
-LAYER_M = 1.0
+LAYER_M = 1.5
 """From one layer of cells to the next, at least."""
 VERTICAL = 2.0
 """What a metre up or down costs a vehicle without inertia, in metres ahead."""

@@ -17,12 +17,10 @@ from clearway.live.routing.field.route_levels import Levels
 BITS = 21
 """Of a voxel's number along each axis."""
 MASK = (1 << BITS) - 1
-POINT_BITS, TOLD_AT = 17, 29
-"""In the second number of the table: bits of a point's index, and where the time begins."""
-MOST_POINTS, MOST_GROWN = 1 << POINT_BITS, 1 << (TOLD_AT - POINT_BITS)
-"""Points that can be kept, and centimetres that one can count nearer."""
-OTHER = 10
-"""Centimetres by which a point has to count nearer or less near to count as another one."""
+POINT_BITS = 17
+"""Of a point's index, in the second number of the table."""
+MOST_POINTS = 1 << POINT_BITS
+"""Points that can be kept."""
 GONE = -2
 """In place of the voxel of a point that vanished."""
 
@@ -33,10 +31,9 @@ class KnownPoints(NamedTuple):
     voxel_m: float
     table: Ints2
     """[a power of two, 2] by the hash of a voxel: its number, -1 for none; and of its point, when
-    it was told of last, by how much nearer it counts and its index, in one number: a look into
-    memory less."""
+    it was told of last and its index, in one number: a look into memory less."""
     point: Floats2
-    """[capacity, 4] world frame, and how much nearer it counts; -1 for one that vanished."""
+    """[capacity, 4] world frame, and 1; -1 for one that vanished."""
     counts: Ints
     """[2] points kept, those that vanished included; and those that vanished."""
 
@@ -45,15 +42,10 @@ class KnownPoints(NamedTuple):
 def tell_points(
     known: KnownPoints,
     points: Floats2,
-    grown_m: Floats,
     telling: int,
-    vehicle: Floats,
-    within_m: float,
-) -> tuple[Ints, Ints]:
-    """Note points [n, 3] and how much nearer each counts [n]; return which are new, and which of
-    those within a distance of the vehicle [3] have changed. Nothing is noted beyond the capacity.
-    """
-    fresh, changed = [0], [0]
+) -> Ints:
+    """Note points [n, 3], and return which are new; nothing is noted beyond the capacity."""
+    fresh = [0]
     table, mask, last = known.table, len(known.table) - 1, -1
     per_metre = 1.0 / known.voxel_m
     for n in range(len(points)):
@@ -67,9 +59,7 @@ def tell_points(
         slot = _slot(a, b, c, mask)
         while table[slot, 0] != -1 and table[slot, 0] != key:
             slot = (slot + 1) & mask
-        grown = int(100.0 * grown_m[n])
         at = table[slot, 1] & (MOST_POINTS - 1)
-        before = (table[slot, 1] >> POINT_BITS) & (MOST_GROWN - 1)
         if table[slot, 0] == -1:
             at = known.counts[0]
             if at >= len(known.point):
@@ -78,20 +68,10 @@ def tell_points(
             table[slot, 0] = key
             for axis in range(3):
                 known.point[at, axis] = points[n, axis]
-            known.point[at, 3] = grown_m[n]
+            known.point[at, 3] = 1.0
             fresh.append(at)
-        elif (
-            abs(before - grown) > OTHER
-            and abs(points[n, 0] - vehicle[0]) < within_m
-            and abs(points[n, 1] - vehicle[1]) < within_m
-            and table[slot, 1] >> TOLD_AT != telling
-        ):
-            known.point[at, 3] = grown_m[n]
-            changed.append(at)
-        else:
-            grown = before
-        table[slot, 1] = (telling << TOLD_AT) | (grown << POINT_BITS) | at
-    return np.array(fresh)[1:], np.array(changed)[1:]
+        table[slot, 1] = (telling << POINT_BITS) | at
+    return np.array(fresh)[1:]
 
 
 @compiled
@@ -107,7 +87,7 @@ def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: f
     per_metre = 1.0 / known.voxel_m
     for slot in range(len(known.table)):
         packed = known.table[slot, 1]
-        if known.table[slot, 0] < 0 or packed >> TOLD_AT == telling:
+        if known.table[slot, 0] < 0 or packed >> POINT_BITS == telling:
             continue
         at = packed & (MOST_POINTS - 1)
         x, y, z = known.point[at, 0], known.point[at, 1], known.point[at, 2]
@@ -136,7 +116,7 @@ def _is_told_beside(known: KnownPoints, telling: int, a: int, b: int, c: int) ->
                 slot = _slot(u, v, w, mask)
                 while table[slot, 0] != -1 and table[slot, 0] != key:
                     slot = (slot + 1) & mask
-                if table[slot, 0] == key and table[slot, 1] >> TOLD_AT == telling:
+                if table[slot, 0] == key and table[slot, 1] >> POINT_BITS == telling:
                     return True
     return False
 
@@ -199,11 +179,10 @@ def mark_box(
     width = levels.width_m * (1 << level)
     low_x, low_y = levels.low[level, 0] * width, levels.low[level, 1] * width
     for at in range(known.counts[0]):
-        grown = reach_m + known.point[at, 3]
         x, y = known.point[at, 0] - low_x, known.point[at, 1] - low_y
-        if known.point[at, 3] < 0.0 or x < a * width - grown or x > far_a * width + grown:
+        if known.point[at, 3] < 0.0 or x < a * width - reach_m or x > far_a * width + reach_m:
             continue
-        if y >= b * width - grown and y <= far_b * width + grown:
+        if y >= b * width - reach_m and y <= far_b * width + reach_m:
             _mark(levels, clearance_m, reach_m, known.point, at, level, a, b, far_a, far_b)
 
 
@@ -221,8 +200,7 @@ def _mark(
     far_b: int,
 ) -> None:
     width, n, layers = levels.width_m * (1 << level), levels.n, levels.layers
-    grown = point[at, 3]
-    reach = reach_m + grown
+    reach = reach_m
     x = point[at, 0] / width - levels.low[level, 0] - 0.5
     y = point[at, 1] / width - levels.low[level, 1] - 0.5
     cells = reach / width
@@ -245,9 +223,9 @@ def _mark(
             for k in range(bottom, top + 1):
                 dz = k * levels.layer_m - above
                 d2 = level2 + dz * dz
-                most = clearance_m[cell + k] + grown
+                most = clearance_m[cell + k]
                 if most > 0.0 and d2 < most * most:
-                    clearance_m[cell + k] = np.sqrt(d2) - grown
+                    clearance_m[cell + k] = np.sqrt(d2)
 
 
 @compiled
@@ -258,16 +236,15 @@ def unmark_points(
     reach_m: Floats,
     known: KnownPoints,
     gone: Ints,
-    most_m: float,
 ) -> None:
-    """Mark the cells about points that vanished or changed anew, from those that are left.
+    """Mark the cells about points that vanished anew, from those that are left.
 
-    base_m: clearance [cells] without any points. most_m: how much nearer points may count.
+    base_m: clearance [cells] without any points.
     """
     n, layers = levels.n, levels.layers
     for level in range(levels.depth):
         width = levels.width_m * (1 << level)
-        far = int(np.ceil((reach_m[level] + most_m) / width)) + 1
+        far = int(np.ceil(reach_m[level] / width)) + 1
         dirty = np.zeros((n, n), dtype=np.bool_)
         about = np.zeros((n, n), dtype=np.bool_)
         low_a, low_b, far_a, far_b = n, n, 0, 0

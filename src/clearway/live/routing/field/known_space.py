@@ -32,8 +32,6 @@ OF_CELL = 0.6
 PROVES_GONE, PROVES_EVERY = 20.0, 4
 """Finest cells from the vehicle within which points that are not told of are gone, and how often
 that is looked at: farther off other places of the same things are seen every time."""
-MOST_GROWN_M = 2.0
-"""A point counts at most so much nearer."""
 BaseClearance = Callable[[FloatArray, float], FloatArray]
 """(places [n, 3], how far it matters) -> clearance [n] from what is known without points: maps and
 rules; inf where nothing is."""
@@ -60,8 +58,6 @@ class KnownSpace:
     Parameters
     ----------
     layout
-    margin_m
-        What points may be grown by without counting nearer: a wall of points has no gap then.
     wide_m
         Clearance beyond which more makes no difference.
     base
@@ -71,12 +67,10 @@ class KnownSpace:
     def __init__(
         self,
         layout: RouteCells,
-        margin_m: float,
         wide_m: float,
         base: BaseClearance | None = None,
     ) -> None:
         self.layout = layout
-        self._margin_m = margin_m
         self._base = base
         widths = layout.width_m * 2.0 ** np.arange(layout.levels)
         between = layout.layer_m if layout.layers > 1 else 0.0
@@ -124,14 +118,8 @@ class KnownSpace:
             layout.layer_m,
         )
 
-    def take(
-        self,
-        vehicle_m: FloatArray,
-        points_m: FloatArray,
-        radius_m: FloatArray,
-        complete_m: float = 0.0,
-    ) -> bool:
-        """Take in points [n, 3] with their radii [n]; return whether any clearance has changed.
+    def take(self, vehicle_m: FloatArray, points_m: FloatArray, complete_m: float = 0.0) -> bool:
+        """Take in points [n, 3]; return whether any clearance has changed.
 
         complete_m: within that distance of the vehicle [3], what is not among them is gone; that is
         looked at now and then, and near it only.
@@ -139,28 +127,20 @@ class KnownSpace:
         moved = self._follow(vehicle_m)
         self._telling += 1
         known = self._known
-        grown = np.clip(radius_m - self._margin_m, 0.0, MOST_GROWN_M)
-        proves = complete_m > 0.0 and self._telling % PROVES_EVERY == 0
-        near_m = min(complete_m, PROVES_GONE * self.layout.width_m) if proves else 0.0
-        fresh, changed = tell_points(known, points_m, grown, self._telling, vehicle_m, near_m)
-        levels = self.levels
-        if proves:
-            gone = find_vanished(known, self._telling, vehicle_m, near_m)
-            changed = np.concatenate([changed, gone])
-        if len(changed):
-            unmark_points(
-                levels,
-                self.clearance_m,
-                self._base_m,
-                self._reach_m,
-                known,
-                changed,
-                MOST_GROWN_M if np.any(grown) else 0.0,
-            )
+        fresh = tell_points(known, points_m, self._telling)
+        levels, gone = self.levels, 0
+        if complete_m > 0.0 and self._telling % PROVES_EVERY == 0:
+            near_m = min(complete_m, PROVES_GONE * self.layout.width_m)
+            vanished = find_vanished(known, self._telling, vehicle_m, near_m)
+            gone = len(vanished)
+            if gone:
+                unmark_points(
+                    levels, self.clearance_m, self._base_m, self._reach_m, known, vanished
+                )
         if len(fresh):
             mark_points(levels, self.clearance_m, self._reach_m, known, fresh)
         self._make_room()
-        return moved or len(fresh) > 0 or len(changed) > 0
+        return moved or len(fresh) > 0 or gone > 0
 
     def _make_room(self) -> None:
         """Forget what lies beyond the cells, before there are too many points."""
