@@ -7,9 +7,15 @@ import numpy as np
 from clearway.avoidance.rate.route_field import Pace, time_along
 from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
-from clearway.live.routing.filling_in import fill_in_rest, lean_away
-from clearway.live.routing.route_levels import Levels, is_amid, is_covered, middle_of
-from clearway.live.routing.wave import BUCKETS, March, put_in_bucket, renew_time, straight_to_target
+from clearway.live.routing.field.filling_in import fill_in_rest, lean_away
+from clearway.live.routing.field.route_levels import Levels, is_amid, is_covered, middle_of
+from clearway.live.routing.field.wave import (
+    BUCKETS,
+    March,
+    put_in_bucket,
+    renew_time,
+    straight_to_target,
+)
 
 
 @compiled

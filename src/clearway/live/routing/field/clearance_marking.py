@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints, Ints2
 from clearway.base.compiled import compiled
-from clearway.live.routing.route_levels import Levels
+from clearway.live.routing.field.route_levels import Levels
 
 BITS = 21
 """Of a voxel's number along each axis."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
-from clearway.live.routing.route_levels import Levels
+from clearway.live.routing.field.route_levels import Levels
 
 BARRED_M = -1e9
 """Clearance where rules forbid to fly."""

@@ -6,13 +6,16 @@ import numpy as np
 
 from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
-from clearway.live.routing.route_levels import is_covered, middle_of
-from clearway.live.routing.wave import March
+from clearway.live.routing.field.route_levels import is_covered, middle_of
+from clearway.live.routing.field.wave import March
+
+LEANING = 2
+"""The finest so many levels, which places are asked of one after another."""
 
 
 @compiled
 def fill_in_rest(m: March, vehicle: Floats, bound: float) -> None:
-    """Give cells that were not looked at a time that is no less than theirs may be, and coarse
+    """Give cells that were not looked at a time that leads back to the vehicle, and coarse
     ones that finer ones cover the mean of these."""
     levels = m.levels
     n, layers = levels.n, levels.layers
@@ -35,8 +38,8 @@ def fill_in_rest(m: March, vehicle: Floats, bound: float) -> None:
                 elif bound < np.inf:
                     for k in range(layers):
                         if m.time_s[cell + k] == np.inf and m.speed_mps[cell + k] > 0.0:
-                            x, y, _ = middle_of(levels, level, i, j, k)
-                            away = np.hypot(x - vehicle[0], y - vehicle[1])
+                            at = middle_of(levels, level, i, j, k)
+                            away = np.hypot(at[0] - vehicle[0], at[1] - vehicle[1])
                             m.time_s[cell + k] = bound + away / m.pace.fastest_mps
 
 
@@ -47,7 +50,7 @@ def lean_away(m: March, slow_mps: float) -> None:
     levels = m.levels
     n, layers = levels.n, levels.layers
     row = n * layers
-    for level in range(levels.depth):
+    for level in range(min(levels.depth, LEANING)):
         out_s = levels.width_m * (1 << level) / slow_mps
         for i in range(1, n - 1):
             for j in range(1, n - 1):

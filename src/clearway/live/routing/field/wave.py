@@ -19,7 +19,7 @@ import numpy as np
 from clearway.avoidance.rate.route_field import Pace, level_length, speed_along, time_along
 from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.compiled import compiled
-from clearway.live.routing.route_levels import Levels, is_amid, is_covered, middle_of
+from clearway.live.routing.field.route_levels import Levels, is_amid, is_covered, middle_of
 
 BUCKETS = 8192
 """Buckets of time at once."""

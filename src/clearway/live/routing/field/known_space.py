@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import FloatArray, IntArray
-from clearway.live.routing.clearance_marking import (
+from clearway.live.routing.field.clearance_marking import (
     MOST_POINTS,
     KnownPoints,
     find_vanished,
@@ -23,10 +23,8 @@ from clearway.live.routing.clearance_marking import (
     tell_points,
     unmark_points,
 )
-from clearway.live.routing.route_levels import Levels
+from clearway.live.routing.field.route_levels import Levels
 
-CELLS = 96
-"""Cells along a side of each level: even, so that levels fit into each other."""
 ROLL_WITHIN = 8
 """A level moves along once the vehicle is off its middle by this part of its cells."""
 OF_CELL = 0.5
@@ -41,6 +39,8 @@ rules; inf where nothing is."""
 class RouteCells(NamedTuple):
     """Which cells there are."""
 
+    along: int
+    """How many along a side of each level: even, so that levels fit into each other."""
     width_m: float
     """Edge of the finest."""
     levels: int
@@ -78,7 +78,7 @@ class KnownSpace:
         widths = layout.width_m * 2.0 ** np.arange(layout.levels)
         between = layout.layer_m if layout.layers > 1 else 0.0
         self._reach_m: FloatArray = np.maximum(np.maximum(widths, wide_m), between)
-        cells = layout.levels * CELLS * CELLS * layout.layers
+        cells = layout.levels * layout.along * layout.along * layout.layers
         self.clearance_m: FloatArray = np.empty(cells)
         """[cells] from the middle of each cell to what is nearest, as far as it matters."""
         self._base_m: FloatArray = np.empty(cells)
@@ -112,7 +112,7 @@ class KnownSpace:
         inner[1:] = low[:-1] // 2 - low[1:]
         return Levels(
             layout.levels,
-            CELLS,
+            layout.along,
             layout.layers,
             low,
             inner,
@@ -166,7 +166,7 @@ class KnownSpace:
             width = self.layout.width_m * 2.0**level
             low = self.levels.low[level] * width
             beyond = float(self._reach_m[level])
-            keep_within(self._known, low - beyond, low + CELLS * width + beyond)
+            keep_within(self._known, low - beyond, low + self.layout.along * width + beyond)
             if self._known.counts[0] < 0.7 * MOST_POINTS:
                 return
 
@@ -177,14 +177,14 @@ class KnownSpace:
         layout = self.layout
         widths = layout.width_m * 2.0 ** np.arange(layout.levels)
         middle = np.floor(vehicle_m[:2] / widths[:, None]).astype(np.int64)
-        wanted = (middle - CELLS // 2) // 2 * 2
+        wanted = (middle - layout.along // 2) // 2 * 2
         if self._low is None:
             self._low = wanted
             self.clearance_m[:] = self._base_m[:] = np.inf
             for level in range(layout.levels):
-                self._renew_box(level, (0, 0), (CELLS, CELLS))
+                self._renew_box(level, (0, 0), (layout.along, layout.along))
             return True
-        rolls = np.any(np.abs(wanted - self._low) > CELLS // ROLL_WITHIN, axis=1)
+        rolls = np.any(np.abs(wanted - self._low) > layout.along // ROLL_WITHIN, axis=1)
         for level in np.flatnonzero(rolls).tolist():
             self._roll(level, wanted[level] - self._low[level])
         return bool(rolls.any())
@@ -194,27 +194,28 @@ class KnownSpace:
         assert self._low is not None
         self._low = self._low.copy()
         self._low[level] += by
-        if np.any(np.abs(by) >= CELLS):
-            self._renew_box(level, (0, 0), (CELLS, CELLS))
+        layout = self.layout
+        if np.any(np.abs(by) >= layout.along):
+            self._renew_box(level, (0, 0), (layout.along, layout.along))
             return
-        shape = (self.layout.levels, CELLS, CELLS, self.layout.layers)
+        shape = (layout.levels, layout.along, layout.along, layout.layers)
         a, b = by.tolist()
-        to = tuple(slice(max(-s, 0), CELLS - max(s, 0)) for s in (a, b))
-        of = tuple(slice(max(s, 0), CELLS - max(-s, 0)) for s in (a, b))
+        to = tuple(slice(max(-s, 0), layout.along - max(s, 0)) for s in (a, b))
+        of = tuple(slice(max(s, 0), layout.along - max(-s, 0)) for s in (a, b))
         for values in (self.clearance_m, self._base_m):
             cells = values.reshape(shape)[level]
             cells[to] = cells[of].copy()
         if a:
-            first, last = (CELLS - a, CELLS) if a > 0 else (0, -a)
-            self._renew_box(level, (first, 0), (last, CELLS))
+            first, last = (layout.along - a, layout.along) if a > 0 else (0, -a)
+            self._renew_box(level, (first, 0), (last, layout.along))
         if b:
-            first, last = (CELLS - b, CELLS) if b > 0 else (0, -b)
-            self._renew_box(level, (0, first), (CELLS, last))
+            first, last = (layout.along - b, layout.along) if b > 0 else (0, -b)
+            self._renew_box(level, (0, first), (layout.along, last))
 
     def _renew_box(self, level: int, low: tuple[int, int], high: tuple[int, int]) -> None:
         """Make the clearance of some cells of a level anew."""
         layout, levels = self.layout, self.levels
-        shape = (layout.levels, CELLS, CELLS, layout.layers)
+        shape = (layout.levels, layout.along, layout.along, layout.layers)
         box = (level, slice(low[0], high[0]), slice(low[1], high[1]))
         reach = float(self._reach_m[level])
         width = layout.width_m * 2.0**level
@@ -235,4 +236,4 @@ class KnownSpace:
 def cells_of(space: KnownSpace, values: FloatArray) -> FloatArray:
     """Return values [cells] as [levels, n, n, layers]."""
     layout = space.layout
-    return values.reshape(layout.levels, CELLS, CELLS, layout.layers)
+    return values.reshape(layout.levels, layout.along, layout.along, layout.layers)
