@@ -23,7 +23,7 @@ from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scan, Scanner, scanned
-from clearway.sim.adversary import Adversary, KeptClear, planned_ways
+from clearway.sim.adversary import Adversary, planned_ways
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.logbook import Logbook
 from clearway.sim.metrics import intruder_distances, measure_flight, straight_distances
@@ -103,8 +103,9 @@ class _Flight(Generic[D]):
         self.motion = TrueMotion(plant, start.time_s, settings.step_s)
         self.progress = Progress()
         self.crashed = False
-        self.adversary = self._adversary()
-        if self.adversary is not None:
+        self.adversary: Adversary | None = None
+        if settings.adversary_m > 0.0:
+            self.adversary = Adversary.of(world, settings, system.planner, system.mission)
             self.lidars = [self.adversary.watched(sensor) for sensor in lidars]
         rate_hz = settings.scan_rate_hz
         self.scan_period_s = None if rate_hz is None else 1.0 / rate_hz
@@ -127,20 +128,6 @@ class _Flight(Generic[D]):
                 self._oppose(entry)
             self._fly(self._movement())
         return self._finished(decisions.entries)
-
-    def _adversary(self) -> Adversary | None:
-        """Who puts balls in the way; None for nobody."""
-        thickness_m, seed = self.settings.adversary_m, self.settings.seed
-        if not thickness_m > 0.0:
-            return None
-        planner, mission = self.system.planner, self.mission
-        start_m = planner.settings.start_free_m
-        if start_m is None:
-            start_m = self.automaton.step_m
-        kept = KeptClear(self.margin_m, start_m, mission.reach_radius_m + self.margin_m)
-        places = np.concatenate([mission.start.position_m[None], mission.goals_m])
-        rng = np.random.default_rng([seed, 4])
-        return Adversary(self.world, thickness_m, places, kept, rng)
 
     def _oppose(self, entry: LoggedDecision[D]) -> None:
         """Let the adversary put a ball in the way of what was decided."""
