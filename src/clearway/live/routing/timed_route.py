@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.time_cost import SLOWEST_MPS, speed_abilities
+from clearway.avoidance.plan.time_cost import ARRIVAL_MPS, speed_abilities
 from clearway.avoidance.rate.route_field import Pace
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
@@ -45,7 +45,7 @@ def route_planner_for(
     assert classes is not None  # By its class table it has inertia.
     margin_m = settings.safety_margin_m + float(classes.class_tube_m[classes.first])
     pace = Pace(
-        able.fastest_mps, able.acceleration_mps2, SLOWEST_MPS, able.climb_mps, able.sink_mps
+        able.fastest_mps, able.acceleration_mps2, ARRIVAL_MPS, able.climb_mps, able.sink_mps
     )
     goals = np.concatenate([mission.start.position_m[None], mission.goals_m])
     low, high = float(goals[:, 2].min()), float(goals[:, 2].max())
