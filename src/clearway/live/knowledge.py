@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.escape.terms import carried_m
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.situation import CALM, Here, Situation, widest_margin_m
+from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.rate.route_field import RouteField
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
@@ -67,7 +67,7 @@ class Knowledge:
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
-        told_mps = CALM if planner.automaton.has_inertia else settings.wind_mps
+        told_mps = (0.0, 0.0, 0.0) if planner.automaton.has_inertia else settings.wind_mps
         self.wind = WindEstimate(planner.speed_mps, told_mps)
         self.flown.wind_mps = self.wind.wind_mps
         self.own_states = OwnStates(settings.history_s, self.flown)

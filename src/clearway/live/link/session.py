@@ -29,6 +29,8 @@ from clearway.sensors import Lidar
 MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
+AHEAD_TICKS = 1.5
+"""How long before the end of a movement under way a vehicle with inertia decides on the next one."""
 BACK_RADII = 2.0
 """Farther from the last goal, in reach radii, it is flown to anew where a pilot hands back."""
 FARTHEST_GOAL_M = 1e6
@@ -51,12 +53,17 @@ class Session(Hearing):
     ) -> None:
         super().__init__(system, sensor, terms, counts)
         self.system = system
+        self._has_inertia = system.planner.automaton.has_inertia
+        # A movement ends between two ticks: the next one is decided on before, with time to spare.
+        system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
 
     # --- in -------------------------------------------------------------------------------
 
     def _state_of(self, motion: OwnMotion) -> State:
         state = super()._state_of(motion)
+        if self._has_inertia:
+            return state  # Its velocity says more than the direction of its plan.
         planned = self._planned(state.time_s) if self._is_led and not self._flaw else None
         if planned is not None and motion.attitude_rad is None:
             state = turned_onto(planned, state, self.counts)
@@ -170,7 +177,12 @@ class Session(Hearing):
         speed = self.system.planner.speed_mps
         age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
         lead_m = speed * (MOST_LEAD_S + age_s)
-        following = SetPoint.following(ahead, movement.speed_mps, movement.climb_mps or 0.0)
+        asked = self.system.reference_at(ahead.time_s) if self._has_inertia else None
+        if asked is not None:
+            following = SetPoint.of_reference(asked)
+        else:
+            climb = movement.climb_mps or 0.0
+            following = SetPoint.following(ahead, movement.speed_mps, climb, movement.yaw_rate_rps)
         return following.led_by_at_most(self._own.position_m, lead_m)
 
     def _planned(self, time_s: float) -> State | None:
@@ -178,7 +190,8 @@ class Session(Hearing):
 
         None before the first decision and past the plan's end.
         """
-        return self.system.state_at(max(time_s, self.system.buffer.start_s))
+        planned = self.system.state_at(time_s)
+        return planned or self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self) -> SetPoint:
         """At the last goal, pointing as the plan left it; a vehicle that stays level, above or
