@@ -144,7 +144,7 @@ class Flown:
                 at = classes.after(at, movement)
 
     def motion_at(self, time_s: float) -> tuple[float, float] | None:
-        """Speed and rate of climb that what was flown has at a time; None where that is not known."""
+        """Speed and rate of climb of what was flown at a time; None where that is not known."""
         classes = self._automaton.classes
         if classes is None or not classes.has_speeds:
             return None

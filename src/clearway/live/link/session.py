@@ -18,6 +18,7 @@ from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.link.approach import PredictedApproach, predict_approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
+from clearway.live.link.lead import LeadTime
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
@@ -30,7 +31,7 @@ MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
 AHEAD_TICKS = 1.5
-"""How long before the end of a movement under way a vehicle with inertia decides on the next one."""
+"""How long before a movement ends a vehicle with inertia decides on the next one."""
 BACK_RADII = 2.0
 """Farther from the last goal, in reach radii, it is flown to anew where a pilot hands back."""
 FARTHEST_GOAL_M = 1e6
@@ -56,6 +57,7 @@ class Session(Hearing):
         self._has_inertia = system.planner.automaton.has_inertia
         # A movement ends between two ticks: the next one is decided on before, with time to spare.
         system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
+        self._lead = LeadTime(terms.lead_s)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
 
     # --- in -------------------------------------------------------------------------------
@@ -63,6 +65,9 @@ class Session(Hearing):
     def _state_of(self, motion: OwnMotion) -> State:
         state = super()._state_of(motion)
         if self._has_inertia:
+            asked = self.system.reference_at(state.time_s) if self._led and self._is_led else None
+            if asked is not None and not self._flaw:
+                self._lead.take(state.time_s, state.position_m, asked)
             return state  # Its velocity says more than the direction of its plan.
         planned = self._planned(state.time_s) if self._is_led and not self._flaw else None
         if planned is not None and motion.attitude_rad is None:
@@ -170,12 +175,12 @@ class Session(Hearing):
             return self._holding()
         if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = self._planned(now + self.terms.lead_s)
+        ahead = self._planned(now + self._lead.seconds)
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
         speed = self.system.planner.speed_mps
-        age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
+        age_s = max(0.0, now + self._lead.seconds - self._own.time_s)
         lead_m = speed * (MOST_LEAD_S + age_s)
         asked = self.system.reference_at(ahead.time_s) if self._has_inertia else None
         if asked is not None:
