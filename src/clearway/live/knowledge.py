@@ -38,6 +38,9 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
 
+HARDEST_MPS2 = 10.0
+"""At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
+
 
 class Knowledge:
     """Takes readings, and tells what is known at a moment; arguments as of `AvoidanceSystem`.
@@ -313,12 +316,21 @@ class Knowledge:
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
-            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s)
+            unsure_m=self.planner.speed_mps * self.clock.doubt_s
+            + self._unknown_m(unknown_s)
             + self.tracking.excess_m(now),
             floor_m=self.floor_m,
             wind_mps=self.wind.wind_mps,
             wind_sigma_mps=self.wind.sigma_mps if any(self.wind.wind_mps.tolist()) else 0.0,
         )
+
+    def _unknown_m(self, unknown_s: float) -> float:
+        """How far a vehicle may be off of which it is not known for a while what it flew; one with
+        inertia goes on nearly as fast as was reported."""
+        reported = self.own_states.latest.velocity_mps is not None
+        if self.planner.automaton.has_inertia and reported:
+            return 0.5 * HARDEST_MPS2 * unknown_s**2
+        return self.planner.speed_mps * unknown_s
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""

@@ -40,8 +40,8 @@ class GuardTerms:
     """A wish counts for so long after it came."""
     hold_s: float = 0.5
     """For so long it is verified to be flown on."""
-    acceleration_mps2: float = math.inf
-    """At which the vehicle changes its velocity."""
+    acceleration_mps2: float | None = None
+    """At which the vehicle changes its velocity; None for its own, or a cautious one."""
 
 
 @dataclass(slots=True)
@@ -109,6 +109,7 @@ def set_up_mavlink_guard(
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
+        notice(guardian.braking)
         notice_escape(guardian.escape, sensor, notice)
         over = make_mavlink_terms(file, setup, options)
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)

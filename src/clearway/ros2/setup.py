@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -97,8 +96,8 @@ def set_up_ros2_guard(
     if names(given.topic) in [names(one.topic) for one in parameters.set_points]:
         raise InputError("guard.topic", f"{names(given.topic)} is what the guardian publishes")
     setup = NodeSetup.of(parameters, notice)
-    acceleration = math.inf if given.acceleration_mps2 is None else given.acceleration_mps2
-    guardian = setup.flight.guardian(given.hold_s, acceleration)
+    guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)
+    notice(guardian.braking)
     notice(str(guardian.escape))
     terms = _terms(setup, parameters)
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
