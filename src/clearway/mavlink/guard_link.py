@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from clearway.live.guard.guard_session import GuardSession
+from clearway.live.guard.guard_session import GuardSession, looking_past
 from clearway.live.link.loop import Loop
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.check import problems
@@ -112,6 +112,7 @@ def set_up_mavlink_guard(
         notice(guardian.braking)
         notice_escape(guardian.escape, sensor, notice)
         over = make_mavlink_terms(file, setup, options)
+        over = replace(over, session=looking_past(over.session))
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)
         session = GuardMavlinkSession(core, sensor, over, counts)
         check = None if key is None else SignatureCheck(key)

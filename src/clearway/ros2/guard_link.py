@@ -73,16 +73,12 @@ class GuardLink(TopicLink[GuardSession]):
         if same and outcome.wished is not None:
             return outcome.wished
         guarded = outcome.guarded
-        is_wish = guarded is not None and guarded.is_wish
-        if is_wish and guarded is not None and one.type in ("Twist", "TwistStamped"):
-            velocity, rate = guarded.velocity_mps, guarded.yaw_rate_rps
+        if guarded is None or not guarded.is_velocity or one.type == "Path":
+            return self.set_point_message(one, point, time_s)
+        velocity, rate = guarded.velocity_mps, guarded.yaw_rate_rps
+        if one.type in ("Twist", "TwistStamped"):
             return self.velocity_message(one, velocity, rate, time_s)
-        if guarded is not None and guarded.is_wish and one.type != "Path":
-            rate = guarded.yaw_rate_rps
-            return told.make_velocity_message(
-                one.type, guarded.velocity_mps, rate, time_s, given.map_frame
-            )
-        return self.set_point_message(one, point, time_s)
+        return told.make_velocity_message(one.type, velocity, rate, time_s, given.map_frame)
 
     def end(self) -> None:
         """To hold, where the vehicle was led."""

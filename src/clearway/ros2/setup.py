@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.live.guard.guard_session import GuardSession
+from clearway.live.guard.guard_session import GuardSession, looking_past
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
@@ -99,7 +99,7 @@ def set_up_ros2_guard(
     guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)
     notice(guardian.braking)
     notice(str(guardian.escape))
-    terms = _terms(setup, parameters)
+    terms = looking_past(_terms(setup, parameters))
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
 
     def link_on(bus: TopicBus) -> GuardLink:

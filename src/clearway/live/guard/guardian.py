@@ -206,7 +206,8 @@ class Guardian:
             leg, checked = self._checked(evades, state, velocity, around)
             if not checked.flaw and checked.way_out is not None:
                 self._hold_leg(leg, checked.way_out, now)
-                return self._replaced(now, now_s, None)
+                passes = self._passes(evades, leg, checked, now_s, unchanged=False)
+                return replace(passes, slowed=False, evades=True)
         elif wish is not None:
             wished, fastest = wish, self.planner.speed_mps
             if self.planner.automaton.can_stop:

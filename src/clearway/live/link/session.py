@@ -121,7 +121,7 @@ class Session(Hearing):
         if flight is not None and self.motion is not None:
             close = predict_approaches(flight, self.motion, self._intruders.values())
         why_state = self._why_state(self.refusal)
-        set_point = self._sent(now, self._leading(now))
+        set_point = self._sent(now, self._leading(now, min(now, self.clock.arrived(wall_s))))
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )
@@ -161,26 +161,28 @@ class Session(Hearing):
     def _off_plan(self) -> str | None:
         """Why the plan is not what is flown: then it shows nothing that keeps clear."""
         planned = self._planned(self._own.time_s) if self._own is not None else None
-        if planned is None or self._own is None:
-            return None
+        if planned is None or self._own is None or self._has_inertia:
+            return None  # With inertia, what leaves the tube is reason enough.
         off = float(np.linalg.norm(planned.position_m - self._own.position_m))
         if off <= OFF_PLAN_S * self.system.planner.speed_mps:
             return None
         return f"the vehicle is {off:.1f} m off its plan"
 
-    def _leading(self, now: float) -> SetPoint | None:
+    def _leading(self, now: float, told_s: float) -> SetPoint | None:
+        """What to send; told_s: the vehicle's time as its latest messages tell it. After a stall it
+        is earlier than ours for a while: the vehicle would chase what lies ahead."""
         if not self.state.steers or self._own is None:
             return None
         if self.state is LinkState.ARRIVED:
             return self._holding()
         if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = self._planned(now + self._lead.seconds)
+        ahead = self._planned(told_s + self._lead.seconds)
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
         speed = self.system.planner.speed_mps
-        age_s = max(0.0, now + self._lead.seconds - self._own.time_s)
+        age_s = max(0.0, told_s + self._lead.seconds - self._own.time_s)
         lead_m = speed * (MOST_LEAD_S + age_s)
         asked = self.system.reference_at(ahead.time_s) if self._has_inertia else None
         if asked is not None:
@@ -188,6 +190,8 @@ class Session(Hearing):
         else:
             climb = movement.climb_mps or 0.0
             following = SetPoint.following(ahead, movement.speed_mps, climb, movement.yaw_rate_rps)
+        # A plan may begin later than the vehicle's time: it is told the way there.
+        following = following.earlier_by(max(0.0, ahead.time_s - told_s - self._lead.seconds))
         return following.led_by_at_most(self._own.position_m, lead_m)
 
     def _planned(self, time_s: float) -> State | None:

@@ -63,6 +63,12 @@ class SetPoint:
     def holding(cls, place_m: FloatArray, yaw_rad: float) -> SetPoint:
         return cls(place_m, None, yaw_rad)
 
+    def earlier_by(self, seconds: float) -> SetPoint:
+        """Where it was before, at the same velocity."""
+        if self.velocity_mps is None or seconds <= 0.0:
+            return self
+        return replace(self, position_m=self.position_m - seconds * self.velocity_mps)
+
     def held(self) -> SetPoint:
         """The same place, to stay at."""
         return replace(self, velocity_mps=None, acceleration_mps2=None, yaw_rate_rps=0.0)
