@@ -22,7 +22,7 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import unreported
 from clearway.live.inputs.clock import Clock
-from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, speeds_of
+from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, split_velocity
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
 from clearway.live.inputs.reports import reports_for
@@ -242,7 +242,7 @@ class Knowledge:
         if velocity is None:
             carried, motion = self.flown.carry(latest, now), self.flown.motion_at(now)
         else:
-            carried, motion = moved_on(latest, velocity, now), speeds_of(velocity)
+            carried, motion = moved_on(latest, velocity, now), split_velocity(velocity)
         return automaton.in_class(carried, None if motion is None else classes.class_near(*motion))
 
     def blind_s(self, now: float) -> float | None:

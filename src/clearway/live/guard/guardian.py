@@ -31,12 +31,12 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
-from clearway.live.guard.crossing import Crossings
+from clearway.live.guard.meetings import Meetings
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
-from clearway.live.inputs.own_states import speeds_of
+from clearway.live.inputs.own_states import split_velocity
 from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.link.guarded import Guarded
@@ -238,7 +238,7 @@ class Guardian:
         if not around.intruders or not automaton.can_stop:
             return None
         wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
-        crossings = Crossings(
+        meetings = Meetings(
             state.position_m,
             velocity,
             [one.at(state.time_s) for one in around.intruders],
@@ -246,7 +246,7 @@ class Guardian:
             settings.sigmas,
             self.acceleration_mps2,
         )
-        clear = crossings.nearest_clear(wished, automaton)
+        clear = meetings.nearest_clear(wished, automaton)
         return None if clear is None else VelocityWish(clear)
 
     def _from_held(self, state: State, now: float) -> State:
@@ -264,7 +264,7 @@ class Guardian:
         kept = replace(state, position_m=there.position_m, attitude_rad=there.attitude_rad)
         if automaton.classes is None:
             return kept
-        return automaton.in_class(kept, automaton.classes.class_near(*speeds_of(velocity)))
+        return automaton.in_class(kept, automaton.classes.class_near(*split_velocity(velocity)))
 
     def state_at(self, time_s: float) -> State | None:
         """Where what is in hand has the vehicle at a time; None before anything is."""

@@ -24,7 +24,7 @@ Leg = tuple[Movement, float]
 """A movement, and for how long it was flown, s."""
 
 
-class Part(NamedTuple):
+class FlownPart(NamedTuple):
     """A part of a movement that was flown."""
 
     at: int
@@ -35,7 +35,7 @@ class Part(NamedTuple):
     last: float
 
 
-def speeds_of(velocity_mps: FloatArray) -> tuple[float, float]:
+def split_velocity(velocity_mps: FloatArray) -> tuple[float, float]:
     """Speed over ground and rate of climb of a velocity [3]."""
     return float(np.hypot(velocity_mps[0], velocity_mps[1])), float(velocity_mps[2])
 
@@ -43,7 +43,7 @@ def speeds_of(velocity_mps: FloatArray) -> tuple[float, float]:
 def moved_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
     """A state carried straight on to a time by its velocity [3], and turned into its course; one
     that is slow keeps its heading."""
-    level_mps, _ = speeds_of(velocity_mps)
+    level_mps, _ = split_velocity(velocity_mps)
     attitude = state.attitude_rad
     if level_mps >= COURSE_MPS:
         attitude = np.array([*attitude[:2], np.arctan2(velocity_mps[1], velocity_mps[0])])
@@ -129,7 +129,7 @@ class Flown:
             vector[5] = vector[5] + turned
         return vector
 
-    def _parts(self, start_s: float, end_s: float, classes: ClassTable) -> Iterator[Part]:
+    def _parts(self, start_s: float, end_s: float, classes: ClassTable) -> Iterator[FlownPart]:
         """What was flown between two times, movement by movement."""
         for buffer, began in zip(self._buffers, self._began, strict=True):
             at = classes.first if began is None else began
@@ -140,7 +140,7 @@ class Flown:
                 first_s = max(start_s - entry.start_s, 0.0)
                 last_s = min(end_s - entry.start_s, lasts_s)
                 if last_s - first_s > TIME_TOLERANCE_S:
-                    yield Part(at, movement, first_s / whole_s, last_s / whole_s)
+                    yield FlownPart(at, movement, first_s / whole_s, last_s / whole_s)
                 at = classes.after(at, movement)
 
     def motion_at(self, time_s: float) -> tuple[float, float] | None:
