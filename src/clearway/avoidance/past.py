@@ -23,6 +23,7 @@ from clearway.avoidance.rate.reach_rating import ReachAssessment, rate_reach_set
 from clearway.base.brief import brief
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
+from clearway.base.lazily import Lazily
 from clearway.base.packed import PackedArrays, PackedVoxels
 from clearway.obstacles.obstacle import Shapes
 
@@ -160,6 +161,8 @@ def bytes_of(decision: Decision) -> int:
     """About how many bytes a decision holds as long as it is kept whole."""
     points, paths = decision.hazards.points, decision.prepared.paths
     returns = points.position_m.nbytes + points.radius_m.nbytes
-    shared = any(paths is one.paths for _, one in decision.found_again.planner.prepared_sets)
+    sets = decision.found_again.planner.prepared_sets
+    made = sets.made() if isinstance(sets, Lazily) else sets
+    shared = any(paths is one.paths for _, one in made)
     own = 0 if shared else paths.samples_m.nbytes + paths.sagitta_m.nbytes
     return SMALL_BYTES + int(OF_RETURNS * returns + OF_PATHS * own)

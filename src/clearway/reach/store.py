@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 
@@ -20,7 +20,8 @@ from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
-from clearway.reach.expand.lattice import Lattice
+from clearway.base.lazily import Lazily
+from clearway.reach.expand.lattice import APART_RAD, Lattice
 from clearway.reach.expand.trace import trace_reach_set
 from clearway.reach.sets import lattice_for, reach_set_at
 from clearway.reach.tree import ReachSet
@@ -31,7 +32,6 @@ VERSION = 3
 KIND = KeptKind(b"clearway reach\n", VERSION)
 SHIPPED = Path(__file__).parent / "shipped"
 """Libraries of the standard grids, which come with the package."""
-APART_RAD = 1e-12
 _COUNT = struct.Struct("<I")
 
 Progress = Callable[[int, int], None]
@@ -57,11 +57,12 @@ class ReachLibrary:
     grid: AvoidanceGrid
     _: KW_ONLY
     method: str
-    reach_sets: tuple[ReachSet, ...]
+    reach_sets: Sequence[ReachSet]
 
     def __repr__(self) -> str:
-        nodes = sum(each.nodes for each in self.reach_sets)
-        sets = f"{len(self.reach_sets)} reach sets of {nodes:,} nodes"
+        sets = f"{len(self.reach_sets)} reach sets"
+        if isinstance(self.reach_sets, tuple):
+            sets += f" of {sum(each.nodes for each in self.reach_sets):,} nodes"
         return one_line("ReachLibrary", (self.method, sets, f"to {self.grid.range_m:g} m"))
 
     @classmethod
@@ -101,7 +102,7 @@ class ReachLibrary:
         building again the next time.
         """
         tuning, notice = tuning or {}, notice or _unheard
-        found: tuple[ReachSet, ...] = ()
+        found: list[ReachSet] = []
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         for lattice in _rooted(every):
             key = hash_library(lattice, grid, method, tuning)
@@ -114,8 +115,11 @@ class ReachLibrary:
                 reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
                 if place is not None:
                     _store(place / name, key, reach_sets, notice)
+            if automaton.has_inertia:  # One file has them all.
+                return cls(automaton, grid, method=method, reach_sets=reach_sets)
             found += reach_sets
-        return cls(automaton, grid, method=method, reach_sets=_told_apart(found, automaton))
+        told_apart = _told_apart(tuple(found), automaton)
+        return cls(automaton, grid, method=method, reach_sets=told_apart)
 
     def store(self, folder: Path) -> Path:
         """Write the library, built without tuning, into a folder; returns the file.
@@ -188,9 +192,9 @@ def _built(
 
 
 def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
-    """The same lattice, begun in each class of motion."""
+    """The same lattice, begun after each movement of an automaton that was measured."""
     classes = lattice.automaton.classes
-    if classes is None:
+    if classes is None or classes.has_speeds:
         return (lattice,)
     labels = lattice.pieces.attitude_rad[:, 0]
     numbers = range(len(classes.classes))
@@ -203,12 +207,12 @@ def _told_apart(
 ) -> tuple[ReachSet, ...]:
     """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
     else, whoever keeps them by their start pitch tells them apart."""
-    if automaton.classes is None:
+    if automaton.classes is None or automaton.has_inertia:
         return reach_sets
     return tuple(replace(one, start_pitch_rad=n * APART_RAD) for n, one in enumerate(reach_sets))
 
 
-def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Notice) -> None:
+def _store(path: Path, key: bytes, reach_sets: Sequence[ReachSet], notice: Notice) -> None:
     payload = b"".join(
         _COUNT.pack(each.nodes) + each.parent.tobytes() + each.movement.tobytes()
         for each in reach_sets
@@ -221,7 +225,7 @@ def _store(path: Path, key: bytes, reach_sets: tuple[ReachSet, ...], notice: Not
 
 def _loaded(
     path: Path, key: bytes, lattice: Lattice, grid: AvoidanceGrid, notice: Notice
-) -> tuple[ReachSet, ...] | None:
+) -> Sequence[ReachSet] | None:
     """Reach sets of a file; None, with a notice where there is a file that does not fit."""
     try:
         return _parsed(read_kept(path, KIND, key), lattice, grid)
@@ -232,17 +236,25 @@ def _loaded(
         return None
 
 
-def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> tuple[ReachSet, ...]:
-    reach_sets, at = [], 0
-    for pitch in sorted(lattice.start):
+def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> Sequence[ReachSet]:
+    """Of a vehicle with inertia, each set is traced when it is first asked for."""
+    trees, at = [], 0
+    pitches = sorted(lattice.start)
+    for _ in pitches:
         (nodes,) = _COUNT.unpack_from(payload, at)
         at += _COUNT.size
         parent = np.frombuffer(payload, dtype="<i4", count=nodes, offset=at).astype(np.int32)
         at += 4 * nodes
         movement = np.frombuffer(payload, dtype="<i2", count=nodes, offset=at).astype(np.int16)
         at += 2 * nodes
-        reach_sets.append(trace_reach_set(parent, movement, grid, lattice, pitch))
-    return tuple(reach_sets)
+        trees.append((parent, movement))
+
+    def traced(number: int) -> ReachSet:
+        return trace_reach_set(*trees[number], grid, lattice, pitches[number])
+
+    if lattice.automaton.has_inertia:
+        return Lazily(len(trees), traced)
+    return tuple(traced(number) for number in range(len(trees)))
 
 
 def _silent(_done: int, _total: int) -> None:

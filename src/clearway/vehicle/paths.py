@@ -60,13 +60,13 @@ def _by_table(automaton: MovementAutomaton, samples: int) -> MovementPaths:
 
 def _by_classes(classes: ClassTable, samples: int) -> MovementPaths:
     shares = np.arange(1, samples + 1) / samples
+    along = classes.along_each(shares)
     known: dict[int, FloatArray] = {}
 
     def begun_in(at: int) -> FloatArray:
         states = np.zeros((len(classes.names), samples, 6))
+        states[:, :, [0, 1, 2, 5]] = along[at]
         for m in range(len(classes.names)):
-            way = np.array([classes.along(at, m, float(share)) for share in shares])
-            states[m][:, [0, 1, 2, 5]] = way
             states[m, :, 3] = classes.label_of(classes.after(at, m))
         return states
 

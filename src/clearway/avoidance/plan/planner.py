@@ -27,6 +27,7 @@ from clearway.base.brief import one_line
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
+from clearway.base.lazily import Lazily
 from clearway.base.state import State
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.store import ReachLibrary
@@ -77,8 +78,9 @@ class Planner:
     automaton: MovementAutomaton
     grid: AvoidanceGrid
     _: KW_ONLY
-    prepared_sets: tuple[tuple[float, PreparedReachSet], ...]
-    """(start pitch, reach set with its costs), ascending."""
+    prepared_sets: Sequence[tuple[float, PreparedReachSet]]
+    """(start pitch, reach set with its costs), ascending; of a vehicle with inertia one for each
+    class of motion, prepared when it is first flown from."""
     settings: AvoidanceSettings
     terminal_cost: TerminalCost = curved_distance_to_go
     rules: tuple[Rule, ...] = ()
@@ -111,28 +113,26 @@ class Planner:
                 terminal_cost = time_to_go_m
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
-        prepared_sets = tuple(
-            (
-                reach_set.start_pitch_rad,
-                PreparedReachSet.of(
-                    reach_set,
-                    settings.prices,
-                    stage_cost,
-                    automaton.room_to_turn_m,
-                    look_up_tube(automaton, reach_set),
-                ),
+
+        def prepare(number: int) -> tuple[float, PreparedReachSet]:
+            reach_set = library.reach_sets[number]
+            prepared = PreparedReachSet.of(
+                reach_set,
+                settings.prices,
+                stage_cost,
+                automaton.room_to_turn_m,
+                look_up_tube(automaton, reach_set),
             )
-            for reach_set in library.reach_sets
-        )
-        if automaton.has_inertia:
-            prepared_sets = tuple(
-                (pitch, _by_time(prepared, automaton)) for pitch, prepared in prepared_sets
-            )
-        elif automaton.classes is not None:
-            prepared_sets = tuple(
-                (pitch, _without_turning_back(prepared, automaton, previous, settings.prices))
-                for previous, (pitch, prepared) in enumerate(prepared_sets)
-            )
+            if automaton.has_inertia:
+                prepared = _by_time(prepared, automaton)
+            elif automaton.classes is not None:
+                prepared = _without_turning_back(prepared, automaton, number, settings.prices)
+            return reach_set.start_pitch_rad, prepared
+
+        count = len(library.reach_sets)
+        prepared_sets: Sequence[tuple[float, PreparedReachSet]] = Lazily(count, prepare)
+        if not automaton.has_inertia:
+            prepared_sets = tuple(prepared_sets)
         if terminal_cost is curved_distance_to_go and automaton.climbs_ahead:
             terminal_cost = partial(curved_distance_to_go, prices=settings.prices)
         return cls(
@@ -209,7 +209,9 @@ class Planner:
     @cached_property
     def horizon_s(self) -> float:
         """How far ahead in time trajectories lead, at least what the range takes."""
-        longest = max(float(one.reach_set.end_time_s.max()) for _, one in self.prepared_sets)
+        # Those of a vehicle with inertia take equally long.
+        sets = self.prepared_sets[:1] if self.automaton.has_inertia else self.prepared_sets
+        longest = max(float(one.reach_set.end_time_s.max()) for _, one in sets)
         return max(self.grid.range_m / self.speed_mps, longest)
 
     def prepared_at(self, state: State) -> PreparedReachSet:

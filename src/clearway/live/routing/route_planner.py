@@ -12,9 +12,15 @@ import numpy as np
 from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
-from clearway.live.routing.clearance_marking import SpeedRule, speeds_of
-from clearway.live.routing.known_space import CELLS, BaseClearance, KnownSpace, Layout, cells_of
-from clearway.live.routing.marching import march
+from clearway.live.routing.field.clearance_speed import SpeedRule, speeds_of
+from clearway.live.routing.field.known_space import (
+    ROLL_WITHIN,
+    BaseClearance,
+    KnownSpace,
+    RouteCells,
+    cells_of,
+)
+from clearway.live.routing.field.marching import march
 
 EXACT_LEVELS = 2
 """The finest so many levels tell what is closed; in coarser cells a forest would look like a
@@ -27,8 +33,15 @@ SLOW = 0.15
 """Share of the greatest speed at the margin."""
 ARRIVES_MPS = 0.8
 """Speed that is left at the target: braking is not planned to the last centimetre."""
+SLACK = 1.25
+"""Detour by a place that times are asked for, in ways to the farthest of these: 1 for one that is
+as near to the target as the vehicle, 2 for one straight away from it."""
 LONGER = 1.2
 """Times the time to go of the last field up to which a way is looked for first."""
+ALONG, ALONG_LAYERED = 96, 64
+"""Cells along a side of each level, where these have one layer and where they have more."""
+MOST_LAYERS = 5
+"""Layers at most, which then lie farther apart: time marches through all of them."""
 MOST_LEVELS = 8
 """Levels at most: the coarsest cells are 128 times as wide as the finest."""
 
@@ -59,13 +72,13 @@ class RoutePlanner:
     ----------
     settings
     layout
-        Cells; see `layout_for`.
+        Cells; see `route_cells_for`.
     base
         What is known besides points: maps, and places that rules forbid.
     """
 
     def __init__(
-        self, settings: RouteSettings, layout: Layout, base: BaseClearance | None = None
+        self, settings: RouteSettings, layout: RouteCells, base: BaseClearance | None = None
     ) -> None:
         self.settings = settings
         self.space = KnownSpace(layout, settings.margin_m, settings.wide_m, base)
@@ -96,7 +109,7 @@ class RoutePlanner:
         levels, pace = space.levels, settings.pace
         sides = (settings.west_m, settings.south_m, settings.east_m, settings.north_m)
         speed = speeds_of(levels, space.clearance_m, self._rule, sides)
-        slack_s = 2.0 * settings.asked_within_m / pace.fastest_mps
+        slack_s = SLACK * settings.asked_within_m / pace.fastest_mps
         time, found = np.empty(0), False
         for most_s in dict.fromkeys((self._guess_s(vehicle_m, target_m), np.inf)):
             time, found = march(
@@ -109,10 +122,11 @@ class RoutePlanner:
                 settings.ends_within_m,
                 slack_s,
                 most_s,
+                settings.slow_mps,
             )
             if found:
                 break
-        widths = levels.width_m * 2.0 ** np.arange(levels.count)
+        widths = levels.width_m * 2.0 ** np.arange(levels.depth)
         field = RouteField(
             sealed(cells_of(space, time)),
             sealed(cells_of(space, speed)),
@@ -136,19 +150,20 @@ class RoutePlanner:
         return LONGER * time_to_go(last, *vehicle_m.tolist())[0]
 
 
-def layout_for(
+def route_cells_for(
     width_m: float, away_m: float, lowest_m: float, highest_m: float, layer_m: float
-) -> Layout:
+) -> RouteCells:
     """Return the cells for targets `away_m` from the vehicle at most.
 
     Layers lie between two heights, about `layer_m` apart, and one where these are no farther apart.
     """
-    half_m = (0.5 - 1.0 / 8.0) * CELLS * width_m
+    span = max(highest_m - lowest_m, 0.0)
+    layers = min(1 + int(span / layer_m + 0.5), MOST_LAYERS)
+    along = ALONG if layers == 1 else ALONG_LAYERED
+    half_m = (0.5 - 1.0 / ROLL_WITHIN) * along * width_m
     levels = 1
     while levels < MOST_LEVELS and half_m * 2.0 ** (levels - 1) < away_m:
         levels += 1
-    span = max(highest_m - lowest_m, 0.0)
-    layers = 1 + int(span / layer_m + 0.5)
     if layers == 1:
-        return Layout(width_m, levels, lowest_m + 0.5 * span, layer_m, 1)
-    return Layout(width_m, levels, lowest_m, span / (layers - 1), layers)
+        return RouteCells(along, width_m, levels, lowest_m + 0.5 * span, layer_m, 1)
+    return RouteCells(along, width_m, levels, lowest_m, span / (layers - 1), layers)

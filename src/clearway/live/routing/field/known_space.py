@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import FloatArray, IntArray
-from clearway.live.routing.clearance_marking import (
+from clearway.live.routing.field.clearance_marking import (
+    MOST_POINTS,
     KnownPoints,
     find_vanished,
     keep_within,
@@ -22,14 +23,10 @@ from clearway.live.routing.clearance_marking import (
     tell_points,
     unmark_points,
 )
-from clearway.live.routing.marching import Levels
+from clearway.live.routing.field.route_levels import Levels
 
-CELLS = 96
-"""Cells along a side of each level: even, so that levels fit into each other."""
 ROLL_WITHIN = 8
 """A level moves along once the vehicle is off its middle by this part of its cells."""
-CAPACITY = 1 << 17
-"""Points that are kept."""
 OF_CELL = 0.5
 """Edge of a voxel that one point is kept of, in finest cells."""
 MOST_GROWN_M = 2.0
@@ -39,9 +36,11 @@ BaseClearance = Callable[[FloatArray, float], FloatArray]
 rules; inf where nothing is."""
 
 
-class Layout(NamedTuple):
+class RouteCells(NamedTuple):
     """Which cells there are."""
 
+    along: int
+    """How many along a side of each level: even, so that levels fit into each other."""
     width_m: float
     """Edge of the finest."""
     levels: int
@@ -68,7 +67,7 @@ class KnownSpace:
 
     def __init__(
         self,
-        layout: Layout,
+        layout: RouteCells,
         margin_m: float,
         wide_m: float,
         base: BaseClearance | None = None,
@@ -79,7 +78,7 @@ class KnownSpace:
         widths = layout.width_m * 2.0 ** np.arange(layout.levels)
         between = layout.layer_m if layout.layers > 1 else 0.0
         self._reach_m: FloatArray = np.maximum(np.maximum(widths, wide_m), between)
-        cells = layout.levels * CELLS * CELLS * layout.layers
+        cells = layout.levels * layout.along * layout.along * layout.layers
         self.clearance_m: FloatArray = np.empty(cells)
         """[cells] from the middle of each cell to what is nearest, as far as it matters."""
         self._base_m: FloatArray = np.empty(cells)
@@ -87,12 +86,21 @@ class KnownSpace:
         self._telling = 0
         self._known = KnownPoints(
             OF_CELL * layout.width_m,
-            np.full(2 * CAPACITY, -1, dtype=np.int64),
-            np.empty(CAPACITY, dtype=np.int64),
-            np.empty((CAPACITY, 4)),
-            np.zeros(CAPACITY, dtype=np.int64),
+            np.full((2 * MOST_POINTS, 2), -1, dtype=np.int64),
+            np.empty((MOST_POINTS, 4)),
             np.zeros(2, dtype=np.int64),
         )
+
+    @property
+    def voxel_m(self) -> float:
+        """Edge of the voxels that one point is kept of."""
+        return self._known.voxel_m
+
+    @property
+    def known_points_m(self) -> FloatArray:
+        """[n, 3] the points that are kept."""
+        points: FloatArray = self._known.point[: int(self._known.counts[0])]
+        return points[points[:, 3] >= 0.0, :3]
 
     @property
     def levels(self) -> Levels:
@@ -104,7 +112,7 @@ class KnownSpace:
         inner[1:] = low[:-1] // 2 - low[1:]
         return Levels(
             layout.levels,
-            CELLS,
+            layout.along,
             layout.layers,
             low,
             inner,
@@ -151,15 +159,15 @@ class KnownSpace:
     def _make_room(self) -> None:
         """Forget what lies beyond the cells, before there are too many points."""
         count, gone = self._known.counts.tolist()
-        if count < 0.9 * CAPACITY and gone < 0.25 * CAPACITY:
+        if count < 0.9 * MOST_POINTS and gone < 0.25 * MOST_POINTS:
             return
         # What is near matters more: half as far off, until enough is forgotten.
         for level in range(self.layout.levels - 1, -1, -1):
             width = self.layout.width_m * 2.0**level
             low = self.levels.low[level] * width
             beyond = float(self._reach_m[level])
-            keep_within(self._known, low - beyond, low + CELLS * width + beyond)
-            if self._known.counts[0] < 0.7 * CAPACITY:
+            keep_within(self._known, low - beyond, low + self.layout.along * width + beyond)
+            if self._known.counts[0] < 0.7 * MOST_POINTS:
                 return
 
     # --- moving along ---------------------------------------------------------------------
@@ -169,14 +177,14 @@ class KnownSpace:
         layout = self.layout
         widths = layout.width_m * 2.0 ** np.arange(layout.levels)
         middle = np.floor(vehicle_m[:2] / widths[:, None]).astype(np.int64)
-        wanted = (middle - CELLS // 2) // 2 * 2
+        wanted = (middle - layout.along // 2) // 2 * 2
         if self._low is None:
             self._low = wanted
             self.clearance_m[:] = self._base_m[:] = np.inf
             for level in range(layout.levels):
-                self._renew_box(level, (0, 0), (CELLS, CELLS))
+                self._renew_box(level, (0, 0), (layout.along, layout.along))
             return True
-        rolls = np.any(np.abs(wanted - self._low) > CELLS // ROLL_WITHIN, axis=1)
+        rolls = np.any(np.abs(wanted - self._low) > layout.along // ROLL_WITHIN, axis=1)
         for level in np.flatnonzero(rolls).tolist():
             self._roll(level, wanted[level] - self._low[level])
         return bool(rolls.any())
@@ -186,27 +194,28 @@ class KnownSpace:
         assert self._low is not None
         self._low = self._low.copy()
         self._low[level] += by
-        if np.any(np.abs(by) >= CELLS):
-            self._renew_box(level, (0, 0), (CELLS, CELLS))
+        layout = self.layout
+        if np.any(np.abs(by) >= layout.along):
+            self._renew_box(level, (0, 0), (layout.along, layout.along))
             return
-        shape = (self.layout.levels, CELLS, CELLS, self.layout.layers)
+        shape = (layout.levels, layout.along, layout.along, layout.layers)
         a, b = by.tolist()
-        to = tuple(slice(max(-s, 0), CELLS - max(s, 0)) for s in (a, b))
-        of = tuple(slice(max(s, 0), CELLS - max(-s, 0)) for s in (a, b))
+        to = tuple(slice(max(-s, 0), layout.along - max(s, 0)) for s in (a, b))
+        of = tuple(slice(max(s, 0), layout.along - max(-s, 0)) for s in (a, b))
         for values in (self.clearance_m, self._base_m):
             cells = values.reshape(shape)[level]
             cells[to] = cells[of].copy()
         if a:
-            first, last = (CELLS - a, CELLS) if a > 0 else (0, -a)
-            self._renew_box(level, (first, 0), (last, CELLS))
+            first, last = (layout.along - a, layout.along) if a > 0 else (0, -a)
+            self._renew_box(level, (first, 0), (last, layout.along))
         if b:
-            first, last = (CELLS - b, CELLS) if b > 0 else (0, -b)
-            self._renew_box(level, (0, first), (CELLS, last))
+            first, last = (layout.along - b, layout.along) if b > 0 else (0, -b)
+            self._renew_box(level, (0, first), (layout.along, last))
 
     def _renew_box(self, level: int, low: tuple[int, int], high: tuple[int, int]) -> None:
         """Make the clearance of some cells of a level anew."""
         layout, levels = self.layout, self.levels
-        shape = (layout.levels, CELLS, CELLS, layout.layers)
+        shape = (layout.levels, layout.along, layout.along, layout.layers)
         box = (level, slice(low[0], high[0]), slice(low[1], high[1]))
         reach = float(self._reach_m[level])
         width = layout.width_m * 2.0**level
@@ -227,4 +236,4 @@ class KnownSpace:
 def cells_of(space: KnownSpace, values: FloatArray) -> FloatArray:
     """Return values [cells] as [levels, n, n, layers]."""
     layout = space.layout
-    return values.reshape(layout.levels, CELLS, CELLS, layout.layers)
+    return values.reshape(layout.levels, layout.along, layout.along, layout.layers)

@@ -1,0 +1,1 @@
+"""Cells about the vehicle, the clearance in them, and the march of time over them."""
