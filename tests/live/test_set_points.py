@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.live.guard.meetings import LOOKS_S, Meetings
+from clearway.live.guard.aircraft_ahead import LOOKS_S, AircraftAhead
 from clearway.live.inputs.tracking import HEADROOM, WINDOW_S, Tracking
 from clearway.live.link.lead import EARLIEST_S, LeadTime
 from clearway.live.link.set_point import SetPoint
@@ -67,13 +67,13 @@ def test_the_velocity_that_takes_a_wishs_place_keeps_clear_until_all_have_passed
     own, wished = np.array([*rng.uniform(-4.0, 4.0, 2), 0.0]), np.array([4.0, 0.0, 0.0])
     meets_s = rng.uniform(6.0, 13.0)
     other = Intruder(wished * meets_s - velocity * meets_s, velocity, radius_m=2.0, name="a")
-    crossings = Meetings(np.zeros(3), own, [other], 5.0, 3.0, 3.0)
-    found = crossings.nearest_clear(wished, COPTER)
+    ahead = AircraftAhead(np.zeros(3), own, [other], 5.0, 3.0, 3.0)
+    found = ahead.nearest_clear(wished, COPTER)
     # Some own velocities put the wish beside the meeting place: then it stays.
     assert least_m(own, wished if found is None else found, other) >= 7.0
     higher_m = other.position_m + np.array([0.0, 0.0, 60.0])
     harmless = Intruder(higher_m, velocity, radius_m=2.0, name="b")
-    alone = Meetings(np.zeros(3), own, [harmless], 5.0, 3.0, 3.0)
+    alone = AircraftAhead(np.zeros(3), own, [harmless], 5.0, 3.0, 3.0)
     assert alone.nearest_clear(wished, COPTER) is None
 
 

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.plan.time_cost import speed_abilities
 from clearway.base.frames import geodetic_from_enu
 from clearway.io.json_values import rounded
 from clearway.live.link.set_point import SetPoint
@@ -24,7 +23,7 @@ from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
-from clearway.mavlink.simulated_habits import Habits
+from clearway.mavlink.simulated_habits import Habits, default_habits
 from clearway.mavlink.simulated_targets import Target, VelocityTarget, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
 from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
@@ -38,10 +37,6 @@ BOOT_S = 10.0
 """Time since boot at which the simulation begins."""
 SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
-TILT_S = 0.15
-"""Of a copter of some kilograms."""
-STRONGER = 1.5
-"""Acceleration that a copter has, in those that it is flown with: some is needed to correct."""
 TARGET = 84
 STATUSTEXT, SET_MESSAGE_INTERVAL = 253, 511
 ACCEPTED, DENIED = 0, 2
@@ -64,7 +59,7 @@ class SimulatedAutopilot:
         self.refused: Counter[str] = Counter()
         self.texts: list[str] = []
         self.time_s = 0.0
-        self.habits = habits = habits or default_habits(setup)
+        self.habits = habits = habits or default_habits(setup.planner.automaton)
         self._limits = VehicleLimits(
             setup.planner.speed_mps,
             habits.acceleration_mps2,
@@ -295,17 +290,6 @@ class SimulatedAutopilot:
             "refused": dict(self.refused),
             "texts": self.texts,
         }
-
-
-def default_habits(setup: FlightSetup) -> Habits:
-    """Of a vehicle with inertia those of a copter that tilts, a little stronger than it is flown;
-    else none."""
-    automaton = setup.planner.automaton
-    if not automaton.has_inertia:
-        return Habits()
-    return Habits(
-        tilt_s=TILT_S, acceleration_mps2=STRONGER * speed_abilities(automaton).acceleration_mps2
-    )
 
 
 def ground_of(setup: FlightSetup) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.live.guard.meetings import LOOKS_S
+from clearway.live.guard.aircraft_ahead import LOOKS_S
 from clearway.live.guard.guardian import Guardian
 from clearway.live.guard.wish import VelocityWish, Wish
 from clearway.live.link.guarded import Guarded

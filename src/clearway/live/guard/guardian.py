@@ -24,14 +24,14 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation, margin_m
-from clearway.avoidance.plan.time_cost import speed_abilities
 from clearway.base.brief import one_line
 from clearway.base.checks import above_zero_problem, collect_problems
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.guard.aircraft_ahead import AircraftAhead
+from clearway.live.guard.braking import find_braking
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
-from clearway.live.guard.meetings import Meetings
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
@@ -51,8 +51,6 @@ LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
 PASSES = "the wish keeps the margin and leaves a way out"
 WOULD_MEET = "the wish would meet an aircraft before it has passed"
-ASSUMED_MPS2 = 3.0
-"""Braking of a vehicle of which nobody says how it brakes: autopilots of copters brake harder."""
 NEAR_M = 0.3
 """Off what is in hand, at most half a margin: a vehicle that follows it is nearer."""
 NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
@@ -109,7 +107,7 @@ class Guardian:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
         self._escapes = escapes
         self.hold_s = hold_s
-        self.acceleration_mps2, self.braking = _braking(planner, acceleration_mps2)
+        self.acceleration_mps2, self.braking = find_braking(planner, acceleration_mps2)
         """Of the vehicle, and in words where that is from."""
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
@@ -238,7 +236,7 @@ class Guardian:
         if not around.intruders or not automaton.can_stop:
             return None
         wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
-        meetings = Meetings(
+        ahead = AircraftAhead(
             state.position_m,
             velocity,
             [one.at(state.time_s) for one in around.intruders],
@@ -246,7 +244,7 @@ class Guardian:
             settings.sigmas,
             self.acceleration_mps2,
         )
-        clear = meetings.nearest_clear(wished, automaton)
+        clear = ahead.nearest_clear(wished, automaton)
         return None if clear is None else VelocityWish(clear)
 
     def _from_held(self, state: State, now: float) -> State:
@@ -414,22 +412,6 @@ class Guardian:
         margin = self.planner.settings.safety_margin_m if decision is None else decision.margin_m
         way, why = held.way_out, self._why
         return Guarded(now_s, False, point, velocity, turned, why, margin, way, decision=decision)
-
-
-def _braking(planner: Planner, told_mps2: float | None) -> tuple[float, str]:
-    """The acceleration of a vehicle, and a sentence that says so."""
-    automaton = planner.automaton
-    if told_mps2 is not None:
-        return told_mps2, f"braking at {told_mps2:g} m/s2, as told"
-    if automaton.has_inertia:
-        own = speed_abilities(automaton).acceleration_mps2
-        return own, f"braking at {own:.3g} m/s2, as the vehicle does"
-    if not automaton.can_stop:
-        return math.inf, "the vehicle cannot stop"
-    return ASSUMED_MPS2, (
-        f"braking at {ASSUMED_MPS2:g} m/s2 is assumed; type --acceleration-mps2, or "
-        'kind = "multirotor" with acceleration_mps2, to say what the vehicle does'
-    )
 
 
 def _certain(way: WayOut | None) -> bool:

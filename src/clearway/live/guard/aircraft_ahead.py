@@ -28,7 +28,7 @@ the next tick."""
 
 
 @dataclass(frozen=True)
-class Meetings:
+class AircraftAhead:
     """How near velocities come to aircraft, if they are changed to now and kept up."""
 
     place_m: FloatArray
