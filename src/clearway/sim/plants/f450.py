@@ -22,9 +22,9 @@ RATE_HZ = 120
 FULL_RPS = 0.75
 """Rate that the model's controller takes a full command for."""
 GAINS = Gains(velocity=3.0, velocity_sum=1.0, drag_per_s=0.1, most_mps2=2.0, most_tilt_rad=0.4)
-LED = LedGains(position_per_s2=2.0, velocity_per_s=2.5, sum_per_s3=0.6, drag_per_s=0.1)
-LEAD_S = 0.25
-"""By how much an acceleration is asked for before its time: what tilt lags."""
+LED = LedGains((2.0, 6.0), (2.5, 5.0), sum_per_s3=0.6, drag_per_s=0.1)
+LEAD_S = (0.25, 0.05)
+"""By how much an acceleration is asked for before its time: what tilt and rotors lag."""
 TILT_PER_S = 9.0
 SETTLE_S = 6.0
 

@@ -22,10 +22,10 @@ Asked = Callable[[float], Reference]
 
 
 class LedGains(NamedTuple):
-    """Of the loops that lead errors back."""
+    """Of the loops that lead errors back, level (x and y) and up."""
 
-    position_per_s2: float = 6.0
-    velocity_per_s: float = 4.0
+    position_per_s2: tuple[float, float] = (6.0, 6.0)
+    velocity_per_s: tuple[float, float] = (4.0, 4.0)
     sum_per_s3: float = 2.0
     most_sum_mps2: float = 4.0
     drag_per_s: float = 0.0
@@ -44,17 +44,18 @@ class LedWay:
     """A reference under way, in the rows that loops are led by."""
 
     asked: Asked
-    lead_s: float
-    """By how much the acceleration is asked for before its time."""
+    lead_s: tuple[float, float]
+    """By how much the acceleration is asked for before its time: level, which takes a tilt, and
+    up."""
     into_s: float = 0.0
 
     def row(self) -> FloatArray:
         """[11] position, velocity, led acceleration, yaw and yaw rate."""
-        here, led = self.asked(self.into_s), self.asked(self.into_s + self.lead_s)
+        here = self.asked(self.into_s)
+        level, up = (self.asked(self.into_s + lead).acceleration_mps2 for lead in self.lead_s)
+        led = (level[0], level[1], up[2])
         yaw = (here.yaw_rad, here.yaw_rate_rps)
-        return np.array(
-            [*here.position_m, *here.velocity_mps, *led.acceleration_mps2, *yaw], dtype=np.float64
-        )
+        return np.array([*here.position_m, *here.velocity_mps, *led, *yaw], dtype=np.float64)
 
     def step(self, duration_s: float) -> tuple[FloatArray, FloatArray]:
         """The rows at both ends of a step, which is taken."""
@@ -71,8 +72,10 @@ def led_acceleration(
     wanted = np.empty(3)
     for i in range(3):
         wanted[i] = asked[6 + i] + total[i]
-        wanted[i] += gains.position_per_s2 * (asked[i] - position[i])
-        wanted[i] += gains.velocity_per_s * (asked[3 + i] - velocity[i])
+        position_per_s2 = gains.position_per_s2[0] if i < 2 else gains.position_per_s2[1]
+        velocity_per_s = gains.velocity_per_s[0] if i < 2 else gains.velocity_per_s[1]
+        wanted[i] += position_per_s2 * (asked[i] - position[i])
+        wanted[i] += velocity_per_s * (asked[3 + i] - velocity[i])
         wanted[i] += gains.drag_per_s * asked[3 + i] * (i < 2)
     return wanted
 

@@ -15,7 +15,8 @@ from clearway.sim.plants.quadrotor import ROTOR_SIDES, Airframe, rotate_by_quate
 from clearway.vehicle.automaton import Movement
 
 STEPS_PER_S = 500
-LEAD_S = 0.12
+LED = LedGains((9.0, 16.0), (5.0, 8.0), drag_per_s=0.45)
+LEAD_S = (0.12, 0.0)
 """By how much an acceleration is asked for before its time: what attitude lags."""
 LED_TILT_RAD = 0.9
 """Of a vehicle that follows a reference: it flies faster, and leans into more drag."""
@@ -96,7 +97,7 @@ class QuadrotorPlant:
             ROTOR_SIDES,
             self.frame,
             self.gains._replace(most_tilt_rad=LED_TILT_RAD),
-            LedGains(drag_per_s=self.gains.drag_per_s),
+            LED,
             steps,
             duration_s / steps,
         )
