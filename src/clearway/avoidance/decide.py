@@ -80,7 +80,7 @@ def decide(
     rated = Rated(prepared, near, cells, reach)
     # Price: stage costs, cost to go and risk (4.6); what rules forbid and price (fig. 7.1).
     rules = in_force(planner, situation, prepared, goal, near, before)
-    candidates = price_candidates(planner, rated, goal, before)
+    candidates = price_candidates(planner, rated, goal, before, situation.placed_route)
     # Verify and choose, the cheapest first, among what leaves an escape; else fly the one held.
     ways = _ways_out(planner, situation, near, before)
     leaving = Leaving(planner, rated, candidates, rules.ruling, goal, ways, before)

@@ -14,6 +14,7 @@ import numpy as np
 from clearway.avoidance.escape.terms import carried_m
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
+from clearway.avoidance.rate.route_field import RouteField
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, measure_length
@@ -30,6 +31,8 @@ from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
 from clearway.live.routing.route_map import RouteMap
 from clearway.live.routing.route_maps import RouteMaps
+from clearway.live.routing.route_planner import RoutePlanner
+from clearway.live.routing.timed_route import route_planner_for
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
@@ -72,8 +75,14 @@ class Knowledge:
             start_m=mission.start.position_m,
             complete_m=None if obstacle_map is None else obstacle_map.complete_m,
         )
-        self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
+        self.routes: RouteMaps | None = None
         """For ways through seen space, where that is kept."""
+        self.route_planner: RoutePlanner | None = None
+        """The time to go round what is known, for a vehicle with inertia."""
+        if planner.automaton.has_inertia:
+            self.route_planner = route_planner_for(planner, mission, obstacle_map)
+        else:
+            self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
         self._asked_first_s: float | None = None
         self._reports = reports_for(settings, planner.speed_mps)
 
@@ -263,11 +272,22 @@ class Knowledge:
             "intruders": self._traffic(state, now),
             "range_sigma_m": self.sensing.sigma_m,
             "seen": None if self.sensing.free_space is None else self.sensing.free_space.seen,
+            "route": self._route_from(state),
         }
         # What came was checked when it came; only sensors of someone else's may tell anything.
         if all(type(each) is Detection for each in detections):
             return Situation.trusted(frame=frame or GridFrame.of(state), **known)
         return Situation(**known)
+
+    def _route_from(self, state: State) -> RouteField | None:
+        """The time to go to the waypoint; None where no way there is known."""
+        routes = self.route_planner
+        if routes is None or self.progress.done(self.mission):
+            return None
+        place_m, known = state.position_m, self.sensing.remembered
+        routes.take(place_m, known.position_m, known.radius_m, self.sensing.memory_reach_m)
+        field, is_known = routes.field(place_m, self.progress.target(self.mission))
+        return field if is_known else None
 
     def here(self, state: State, now: float) -> Here:
         """Where we are and want to go, and how sure that is; nothing of what is around."""

@@ -193,6 +193,8 @@ class AvoidanceSystem:
     def keep_up(self, now_s: float) -> None:
         """Do what is soon due beside decisions; for whoever has time between them."""
         now = self._known.catch_up(now_s)
+        if self._known.route_planner is not None:
+            return
         self.progress = kept_up(self._known, self._known.own_states.latest, now)
 
     def _blind_s(self, now: float) -> float | None:
@@ -333,6 +335,8 @@ class AvoidanceSystem:
 
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._known.own_state(now)
+        if self._known.route_planner is not None:
+            return self._known.with_detections(state, now)
         last = self._plan.decision
         afar = None if last is None else last.long_range
         self.progress = out_of_dead_end(

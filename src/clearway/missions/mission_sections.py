@@ -27,8 +27,17 @@ from clearway.sensors.cells.detection import RULES
 from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 
-OF_INERTIALESS = ("climb_mps", "spot_turn_deg", "slow_mps")
+OF_INERTIALESS = ("spot_turn_deg", "slow_mps")
+OF_MULTIROTORS = ("acceleration_mps2", "sink_mps", "yaw_rate_deg_s")
 OF_MOVEMENTS = ("kind", "speed_mps", "turn_step_deg", "movement_s", "pitch_limit_deg")
+NOT_OF_MULTIROTORS = {
+    "turn_step_deg": "turns follow from acceleration_mps2 and yaw_rate_deg_s",
+    "movement_s": "it follows from speed_mps and acceleration_mps2",
+    "pitch_limit_deg": "give climb_mps and sink_mps; 0 keeps it level",
+    "spot_turn_deg": "give yaw_rate_deg_s, the turn over the time of a movement",
+    "slow_mps": "decisions choose the speed, up to speed_mps",
+}
+"""Keys of a vehicle without inertia, and what takes their place."""
 OF_PLANTS = ("speed_mps", "movement_s")
 """What a plant's own movements are made for."""
 Points = Annotated[tuple[Point, ...], Field(strict=False)]
@@ -67,9 +76,10 @@ class VehicleSection(Section):
     """Where the flight starts, world frame."""
     attitude_deg: Attitude = (0.0, 0.0, 0.0)
     """Roll, pitch (nose down positive), yaw (left positive)."""
-    kind: Literal["plane", "inertialess"] = "plane"
-    """A plane keeps its speed and cannot hover; a multirotor can hold, turn on the spot, climb and
-    sink straight up and down, and fly slower."""
+    kind: Literal["plane", "multirotor", "inertialess"] = "plane"
+    """A plane keeps its speed and cannot hover. A multirotor accelerates, brakes, turns on the spot
+    and holds its position. An inertialess vehicle does the same but changes speed at once: a model
+    for old missions and tests, not for a real copter."""
     plant: Annotated[str, OneOf(PLANTS)] | None = None
     """What truly moves in the simulator; default: what does as the movements say, turning at once.
     Where no `kind` is given, the plant's own movements are flown; see [plants.md](plants.md)."""
@@ -77,27 +87,35 @@ class VehicleSection(Section):
     """A file of measured movements, as `clearway automaton measure` writes it, relative to the
     mission file; it takes the place of kind, speed, turns and durations."""
     speed_mps: Positive = 1.0
-    """Of a plane kept throughout, of a multirotor the fastest."""
+    """A plane keeps it throughout; of the other kinds it is the greatest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
     """Turn in one movement, in flight."""
     movement_s: Positive = 1.0
     """Duration of a movement."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
-    """Steepest pitch, up and down; of a multirotor the steepest way ahead. A vehicle that it keeps
-    level goes by level distance: waypoints count as reached from above or below."""
+    """Steepest pitch, up and down; of an inertialess vehicle the steepest way ahead. A vehicle that
+    it keeps level goes by level distance: waypoints count as reached from above or below."""
+    acceleration_mps2: Positive | None = None
+    """Of a multirotor, greatest acceleration in any direction, with which it brakes too; default
+    3."""
     climb_mps: NotNegative | None = None
-    """Of a multirotor, straight up and down; default: what its steepest way ahead climbs."""
+    """Of a multirotor, greatest rate of climb; default 2. Of an inertialess vehicle, straight up
+    and down; default: what its steepest way ahead climbs."""
+    sink_mps: NotNegative | None = None
+    """Of a multirotor, greatest rate of descent; default 1.5."""
+    yaw_rate_deg_s: Positive | None = None
+    """Of a multirotor, greatest rate of turn of its nose, which points where it flies; default
+    90."""
     spot_turn_deg: float | None = Field(default=None, gt=0.0, le=180.0)
-    """Of a multirotor, turn on the spot in one movement; default 45."""
+    """Of an inertialess vehicle, turn on the spot in one movement; default 45."""
     slow_mps: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
-    """Of a multirotor, slower speeds to fly at; default: half the speed."""
+    """Of an inertialess vehicle, slower speeds to fly at; default: half the speed."""
     body_radius_m: NotNegative = 0.3
     """Distance from the vehicle's centre within which it is: kept from what nobody has seen, and
     drawn in the picture of distances."""
 
     @model_validator(mode="after")
     def _keys_suit_the_kind(self) -> Self:
-        given = [key for key in OF_INERTIALESS if getattr(self, key) is not None]
         measured = [key for key in OF_MOVEMENTS if key in self.model_fields_set]
         if self.automaton is not None and measured:
             raise ValueError(f"{measured[0]}: the automaton's file says what it is flown with")
@@ -107,8 +125,7 @@ class VehicleSection(Section):
                 raise ValueError(
                     f"{lost[0]}: {self.plant} flies its own movements; give a kind too"
                 )
-        if self.kind == "plane" and given:
-            raise ValueError(f'{given[0]}: only of kind = "inertialess"')
+        self._refuse_keys_of_other_kinds()
         pitch_deg = self.attitude_deg[1]
         if self.pitch_limit_deg == 0.0 and pitch_deg != 0.0 and self.plant is None:
             raise ValueError(
@@ -124,6 +141,26 @@ class VehicleSection(Section):
             raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
         return self
 
+    def _refuse_keys_of_other_kinds(self) -> None:
+        given = self.model_fields_set
+        if self.kind == "multirotor":
+            for key, instead in NOT_OF_MULTIROTORS.items():
+                if key in given:
+                    raise ValueError(
+                        f'{key}: not of kind = "multirotor": {instead}; kind = "inertialess" keeps '
+                        "it, for a vehicle that changes speed at once"
+                    )
+            return
+        of_others = (
+            OF_MULTIROTORS
+            if self.kind == "inertialess"
+            else (*OF_MULTIROTORS, *OF_INERTIALESS, "climb_mps")
+        )
+        for key in of_others:
+            if getattr(self, key) is not None:
+                kind = "inertialess" if key in OF_INERTIALESS else "multirotor"
+                raise ValueError(f'{key}: only of kind = "{kind}"')
+
     @property
     def flies_as_its_plant(self) -> bool:
         """Whether the movements are those that the plant has of its own."""
@@ -134,6 +171,8 @@ class VehicleSection(Section):
     def effective(self) -> dict[str, Any]:
         """The table with its defaults, but for those in whose place plant or automaton stand."""
         table = self.model_dump(exclude_none=True)
+        if self.kind == "multirotor" and self.automaton is None:
+            return {key: value for key, value in table.items() if key not in NOT_OF_MULTIROTORS}
         if self.automaton is None and not self.flies_as_its_plant:
             return table
         left_out = set(OF_MOVEMENTS) - self.model_fields_set
@@ -151,6 +190,12 @@ class VehicleSection(Section):
             keys = {"speed_mps": "speed_mps", "movement_s": "duration_s"}
             given = [name for name in OF_PLANTS if name in self.model_fields_set]
             return plant.movements(**{keys[name]: getattr(self, name) for name in given})
+        if self.kind == "multirotor":
+            limits = {
+                key: getattr(self, key) for key in ("speed_mps", "climb_mps", *OF_MULTIROTORS)
+            }
+            stated = {key: value for key, value in limits.items() if value is not None}
+            return MovementAutomaton.multirotor(**stated)
         if self.kind == "inertialess":
             return MovementAutomaton.inertialess(
                 self.speed_mps,

@@ -64,7 +64,7 @@ def reach_set_at(
     rest = dict(tuning)
     deep = int(rest.pop("depth", movements_deep(lattice.automaton, grid)))
     timed = lattice.automaton.has_inertia
-    select = _selection("timed" if timed else method, rest)
+    select = select_timed() if timed else _selection(method, rest)
     buffers = select(lattice, grid, start_pitch_rad, deep)
     if not timed:
         buffers = each_way_once(buffers, lattice, start_pitch_rad)
@@ -120,7 +120,6 @@ METHODS: Variants[Callable[..., Select]] = Variants(
         "cover": covering.select_cover,
         "late": covering.select_late,
         "flying": covering.select_for_flying,
-        "timed": select_timed,
     },
 )
 """Reach sets by name: a function of their tuning that gives the selection; add one here."""

@@ -19,6 +19,7 @@ from clearway.avoidance.plan.prepared import Ends, PreparedReachSet, complete_en
 from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.rate.goal import Arrival, Goal, arrival
 from clearway.avoidance.rate.reach_rating import untouched
+from clearway.avoidance.rate.route_field import PlacedRoute
 from clearway.avoidance.rules.rule import Ruling
 from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
@@ -104,7 +105,13 @@ class Candidates(NamedTuple):
         return brief(self)
 
 
-def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitment) -> Candidates:
+def price_candidates(
+    planner: Planner,
+    rated: Rated,
+    goal: Goal,
+    before: Commitment,
+    route: PlacedRoute | None = None,
+) -> Candidates:
     """Return every candidate with its cost: (4.6), risk, and what changing one's mind costs.
 
     Parameters
@@ -117,6 +124,8 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
         In the level frame.
     before
         What the last decision binds this one to.
+    route
+        The time to go round what is known; None where it is not kept.
 
     Raises
     ------
@@ -125,7 +134,7 @@ def price_candidates(planner: Planner, rated: Rated, goal: Goal, before: Commitm
     """
     prepared, prices, moving = rated.prepared, planner.prices, rated.hazards.moving
     reach_set, step_m = prepared.reach_set, prepared.step_m
-    arrived = arrival(reach_set, goal, prepared.reach_m)
+    arrived = arrival(reach_set, goal, prepared.reach_m, route)
     ends = complete_ends(prepared, goal, arrived)
     to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)
     if np.shape(to_go_m) != ends.nodes.shape:

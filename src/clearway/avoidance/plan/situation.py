@@ -14,6 +14,7 @@ from clearway.avoidance.clear.hazards import PointHazards
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import EvidenceSettings
 from clearway.avoidance.rate.goal import Goal
+from clearway.avoidance.rate.route_field import PlacedRoute, RouteField
 from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
@@ -104,6 +105,8 @@ class Situation:
 
     seen: SeenSpace | None = None
     """Space that range sensors have seen to be free; None without any of them."""
+    route: RouteField | None = None
+    """The time to go to the waypoint round what is known; None where that is not kept."""
 
     def __post_init__(self) -> None:
         if self._is_plain:
@@ -122,7 +125,7 @@ class Situation:
     @property
     def without_readings(self) -> Situation:
         """The same without what sensors and traffic told, which is most of it."""
-        told = {"detections": (), "remembered": None, "intruders": (), "seen": None}
+        told = {"detections": (), "remembered": None, "intruders": (), "seen": None, "route": None}
         return self.trusted(**(vars(self) | told))
 
     @property
@@ -180,6 +183,14 @@ class Situation:
             yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
 
     __repr__ = brief
+
+    @property
+    def placed_route(self) -> PlacedRoute | None:
+        """The route, seen from the vehicle."""
+        if self.route is None:
+            return None
+        yaw_rad = float(self.state.attitude_rad[2])
+        return PlacedRoute(self.route, self.state.position_m, yaw_rad)
 
     @cached_property
     def frame(self) -> GridFrame:

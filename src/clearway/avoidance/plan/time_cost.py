@@ -12,6 +12,7 @@ import numpy as np
 
 from clearway.avoidance.plan.costs import Prices
 from clearway.avoidance.rate.goal import Arrival, Goal
+from clearway.avoidance.rate.route_field import PlacedRoute, time_to_go
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
@@ -32,6 +33,8 @@ CLIMBING, CHANGES_CLIMB, TURNS = 0.7, 1.0, 0.5
 HEIGHT = 0.6
 """Share of the time that a height takes to climb that counts beside the time of the level way:
 both can be flown at once, but a climb that is put off comes at the end."""
+NO_WAY_S = 1e2
+"""Added where no way is known: somewhere else there may be one."""
 BRIEF_M = 1e3
 """Cost of every movement that a trajectory has less than others: a plan that what is around cuts
 short is taken only where no longer one is clear."""
@@ -111,7 +114,11 @@ def time_to_go_m(
     classes = automaton.classes
     assert classes is not None
     at = classes.classes_at(reach_set.states[nodes, 3])
-    to_go_s = _time_to_go(reach_set.states, nodes, at, arrived.reached, goal, able)
+    route = arrived.route
+    if route is None:
+        to_go_s = _time_to_go(reach_set.states, nodes, at, arrived.reached, goal, able)
+    else:
+        to_go_s = _time_by_route(reach_set.states, nodes, at, arrived.reached, goal, able, route)
     brief = (reach_set.depth.max() - reach_set.depth[nodes]).astype(np.float64)
     cost: FloatArray = able.fastest_mps * to_go_s + BRIEF_M * brief
     return cost
@@ -138,19 +145,67 @@ def _time_to_go(
             seconds = _time_to_brake(away, most, able.fastest_mps)
         bearing = np.arctan2(dy, dx) if away > 1e-6 else yaw
         off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
-        ahead = speed * np.cos(off)
-        aside2 = speed * speed - ahead * ahead
-        lacks = wanted - ahead if wanted > ahead else TOO_FAST * (ahead - wanted)
-        seconds += (lacks * lacks + aside2) / (2.0 * most * wanted)
-        # Slowly, the nose turns no faster than on the spot.
-        slow = max(0.0, 1.0 - speed * able.turn_rps / most)
-        seconds += slow * abs(off) / able.turn_rps
+        seconds += _time_to_turn(speed, off, wanted, able)
         climb = able.climb_mps if dz > 0.0 else able.sink_mps
         rise_s = abs(dz) / climb
         seconds += HEIGHT * rise_s + max(0.0, (1.0 - HEIGHT) * rise_s - seconds)
         if not reached[node]:
             seconds += leg
         result[n] = seconds
+    return result
+
+
+@compiled
+def _time_to_turn(speed: float, off: float, wanted: float, able: SpeedAbilities) -> float:
+    """What it costs to have a speed off the way on by an angle, where another speed is wanted."""
+    most = able.acceleration_mps2
+    ahead = speed * np.cos(off)
+    lateral2 = speed * speed - ahead * ahead
+    lacks = wanted - ahead if wanted > ahead else TOO_FAST * (ahead - wanted)
+    # Slowly, the nose turns no faster than on the spot.
+    slow = max(0.0, 1.0 - speed * able.turn_rps / most)
+    return float(
+        (lacks * lacks + lateral2) / (2.0 * most * wanted) + slow * abs(off) / able.turn_rps
+    )
+
+
+@compiled
+def _time_by_route(
+    states: Floats2,
+    nodes: Ints,
+    at: Ints,
+    reached: Bools,
+    to: Goal,
+    able: SpeedAbilities,
+    route: PlacedRoute,
+) -> Floats:
+    """[n] as `_time_to_go`, round what is known."""
+    result = _time_to_go(states, nodes, at, reached, to, able)
+    target, following = to.target_m, to.next_m
+    leg = np.hypot(following[0] - target[0], following[1] - target[1]) / able.fastest_mps
+    cosine, sine = np.cos(route.yaw_rad), np.sin(route.yaw_rad)
+    for n in range(len(nodes)):
+        node = nodes[n]
+        if reached[node]:
+            continue
+        x, y, z = states[node, 0], states[node, 1], states[node, 2]
+        seconds, dx, dy, _, wanted = time_to_go(
+            route.field,
+            route.origin_m[0] + cosine * x - sine * y,
+            route.origin_m[1] + sine * x + cosine * y,
+            route.origin_m[2] + z,
+        )
+        if seconds == np.inf:
+            result[n] += NO_WAY_S
+            continue
+        away = np.hypot(target[0] - x, target[1] - y)
+        wanted = max(wanted, SLOWEST_MPS)
+        if to.final:
+            wanted = min(wanted, np.sqrt(2.0 * able.acceleration_mps2 * away) + SLOWEST_MPS)
+        yaw = states[node, 5] + route.yaw_rad
+        bearing = np.arctan2(dy, dx) if dx != 0.0 or dy != 0.0 else yaw
+        off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
+        result[n] = seconds + leg + _time_to_turn(able.speed_mps[at[n]], off, wanted, able)
     return result
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.avoidance.rate.route_field import PlacedRoute
 from clearway.base.arrays import Bools, Floats, Floats3, Int32s
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
@@ -43,6 +44,8 @@ class Arrival:
     goal: Goal
     reach_m: float
     """How far from the vehicle its paths lead; none comes to a goal that is farther."""
+    route: PlacedRoute | None = None
+    """The time to go round what is known, where that is kept."""
 
     __repr__ = brief
 
@@ -79,7 +82,9 @@ class Arrival:
         )
 
 
-def arrival(reach_set: ReachSet, goal: Goal, reach_m: float = np.inf) -> Arrival:
+def arrival(
+    reach_set: ReachSet, goal: Goal, reach_m: float = np.inf, route: PlacedRoute | None = None
+) -> Arrival:
     """Return which paths come within the reach radius of the goal, checked along chords.
 
     Parameters
@@ -90,8 +95,10 @@ def arrival(reach_set: ReachSet, goal: Goal, reach_m: float = np.inf) -> Arrival
         In the level frame.
     reach_m
         How far from the vehicle paths lead at most, where that is known.
+    route
+        The time to go round what is known; None where it is not kept.
     """
-    return Arrival(reach_set, goal, reach_m)
+    return Arrival(reach_set, goal, reach_m, route)
 
 
 @compiled

@@ -32,7 +32,10 @@ with 0.99 seven of ten crashed; see docs/faults.md."""
 
 
 def over_reach(mission: Mission, automaton: MovementAutomaton) -> str | None:
-    """Why waypoints may never be reached; None where movements lead near enough."""
+    """Why waypoints may never be reached; None where movements lead near enough, and for a vehicle
+    with inertia: it comes slowly where it has to."""
+    if automaton.has_inertia:
+        return None
     radius_m, step_m = automaton.turning_radius_m, automaton.step_m
     least_m, of = LEAST_REACH * step_m, f"half a movement of {step_m:.3g} m"
     if np.isfinite(radius_m) and LEAST_REACH_TURNING * radius_m > least_m:
@@ -94,6 +97,8 @@ def over_wide_margin(planner: Planner, flown: str) -> str:
     """
     automaton, margin_m = planner.automaton, planner.settings.safety_margin_m
     if flown not in (Escape.STRICT, Escape.MAPPED) or margin_m <= planner.settings.body_radius_m:
+        return ""
+    if automaton.has_inertia:  # It brakes before what shows late.
         return ""
     quarter_m, step_m = 0.25 * automaton.turning_radius_m, automaton.step_m
     turns = np.isfinite(quarter_m) and quarter_m > step_m

@@ -16,6 +16,8 @@ from clearway.reach.choose.select import Select
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice
 
+LAYERS = 4
+"""Movements of the longest chains."""
 KEPT = (600, 900, 1100)
 """Nodes kept of the second layer and those after it."""
 FINEST_M = 0.15
@@ -30,13 +32,13 @@ EFFORT = 0.3
 """Weight of a chain's effort against chance, where one of several alike is kept."""
 
 
-def select_timed(layers: float = 4.0) -> Select:
-    """Chains of up to `layers` movements, dispersed."""
+def select_timed() -> Select:
+    """Chains of up to `LAYERS` movements, dispersed."""
 
     def select(
         lattice: Lattice, _grid: AvoidanceGrid, start_pitch_rad: float, _deep: int
     ) -> ByteArray:
-        return _grow(lattice, lattice.start[start_pitch_rad], int(layers))
+        return _grow(lattice, lattice.start[start_pitch_rad], LAYERS)
 
     return select
 

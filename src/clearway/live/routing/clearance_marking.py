@@ -1,0 +1,310 @@
+"""The compiled loops that keep up how far what is known stands from the middles of cells.
+
+Points are told of by voxels, one point each, in a table of hashes. A point lowers the clearance of
+the cells about it on all levels; where points vanish, cells are marked anew from those that stay.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.arrays import Floats, Floats2, Ints
+from clearway.base.compiled import compiled
+from clearway.live.routing.marching import Levels
+
+BITS = 21
+"""Of a voxel's number along each axis."""
+MASK = (1 << BITS) - 1
+GROWN_M = 0.1
+"""A point that is told of with a radius that is so much another counts as another one."""
+BARRED_M = -1e9
+"""Clearance where rules forbid to fly."""
+
+
+class KnownPoints(NamedTuple):
+    """Points that are known, one of each voxel."""
+
+    voxel_m: float
+    table: Ints
+    """[a power of two] index of a point by the hash of its voxel, or -1."""
+    key: Ints
+    """[capacity] of its voxel; -1 for one that vanished."""
+    point: Floats2
+    """[capacity, 4] world frame, and how much nearer it counts."""
+    told: Ints
+    """[capacity] when it was told of last, in tellings."""
+    counts: Ints
+    """[2] points kept, those that vanished included; and those that vanished."""
+
+
+class SpeedRule(NamedTuple):
+    """How fast the way on from a cell is, by the clearance there."""
+
+    margin_m: float
+    """Nothing leads nearer to anything."""
+    wide_m: float
+    """From that clearance on the vehicle is as fast as it can be."""
+    slow_mps: float
+    """Speed at the margin."""
+    fast_mps: float
+    porous_mps: float
+    """Speed in cells too coarse to tell whether something can be passed."""
+    exact_levels: int
+    """The finest so many levels tell."""
+
+
+@compiled
+def tell_points(
+    known: KnownPoints, points: Floats2, grown_m: Floats, telling: int
+) -> tuple[Ints, Ints]:
+    """Note points [n, 3] and how much nearer each counts [n]; return which are new, and which have
+    changed. Nothing is noted beyond the capacity."""
+    fresh, changed = [0], [0]
+    mask, last, before = len(known.table) - 1, -1, -1
+    for n in range(len(points)):
+        a = int(np.floor(points[n, 0] / known.voxel_m))
+        b = int(np.floor(points[n, 1] / known.voxel_m))
+        c = int(np.floor(points[n, 2] / known.voxel_m))
+        key = ((a & MASK) << (2 * BITS)) | ((b & MASK) << BITS) | (c & MASK)
+        if key == last:
+            at = before
+        else:
+            slot = _slot(a, b, c, mask)
+            at = known.table[slot]
+            while at >= 0 and known.key[at] != key:
+                slot = (slot + 1) & mask
+                at = known.table[slot]
+            if at < 0:
+                at = known.counts[0]
+                if at >= len(known.key):
+                    continue
+                known.counts[0] += 1
+                known.table[slot] = at
+                known.key[at] = key
+                known.point[at, 0] = points[n, 0]
+                known.point[at, 1] = points[n, 1]
+                known.point[at, 2] = points[n, 2]
+                known.point[at, 3] = grown_m[n]
+                fresh.append(at)
+        elsewise = abs(known.point[at, 3] - grown_m[n]) > GROWN_M
+        if elsewise and known.told[at] != telling:
+            known.point[at, 3] = grown_m[n]
+            changed.append(at)
+        known.told[at] = telling
+        last, before = key, at
+    return np.array(fresh)[1:], np.array(changed)[1:]
+
+
+@compiled
+def _slot(a: int, b: int, c: int, mask: int) -> int:
+    return ((a * 73856093) ^ (b * 19349663) ^ (c * 83492791)) & mask
+
+
+@compiled
+def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: float) -> Ints:
+    """Return the points within a distance of the vehicle [3] that were not told of, and drop
+    them."""
+    gone = [0]
+    for at in range(known.counts[0]):
+        if known.key[at] < 0 or known.told[at] == telling:
+            continue
+        dx, dy = known.point[at, 0] - vehicle[0], known.point[at, 1] - vehicle[1]
+        dz = known.point[at, 2] - vehicle[2]
+        if dx * dx + dy * dy + dz * dz <= within_m * within_m:
+            known.key[at] = -1
+            known.counts[1] += 1
+            gone.append(at)
+    return np.array(gone)[1:]
+
+
+@compiled
+def keep_within(known: KnownPoints, low: Floats, high: Floats) -> None:
+    """Forget points that vanished and those outside of a box, and lay out the rest anew."""
+    mask = len(known.table) - 1
+    known.table[:] = -1
+    kept = 0
+    for at in range(known.counts[0]):
+        x, y, z = known.point[at, 0], known.point[at, 1], known.point[at, 2]
+        if known.key[at] < 0 or x < low[0] or y < low[1] or x > high[0] or y > high[1]:
+            continue
+        known.key[kept], known.told[kept] = known.key[at], known.told[at]
+        for axis in range(4):
+            known.point[kept, axis] = known.point[at, axis]
+        a = int(np.floor(x / known.voxel_m))
+        b = int(np.floor(y / known.voxel_m))
+        c = int(np.floor(z / known.voxel_m))
+        slot = _slot(a, b, c, mask)
+        while known.table[slot] >= 0:
+            slot = (slot + 1) & mask
+        known.table[slot] = kept
+        kept += 1
+    known.counts[0], known.counts[1] = kept, 0
+
+
+@compiled
+def mark_points(
+    levels: Levels, clearance_m: Floats, reach_m: Floats, known: KnownPoints, which: Ints
+) -> None:
+    """Lower the clearance [cells] about points by their numbers, as far as `reach_m` [levels]."""
+    for level in range(levels.count):
+        for n in range(len(which)):
+            if known.key[which[n]] >= 0:
+                _mark(
+                    levels, clearance_m, reach_m[level], known.point, which[n], level,
+                    0, 0, levels.n, levels.n,
+                )  # fmt: skip
+
+
+@compiled
+def mark_box(
+    levels: Levels,
+    clearance_m: Floats,
+    reach_m: float,
+    known: KnownPoints,
+    level: int,
+    a: int,
+    b: int,
+    far_a: int,
+    far_b: int,
+) -> None:
+    """Lower the clearance of the cells [a, far_a) x [b, far_b) of a level by all points."""
+    width = levels.width_m * (1 << level)
+    low_x, low_y = levels.low[level, 0] * width, levels.low[level, 1] * width
+    for at in range(known.counts[0]):
+        grown = reach_m + known.point[at, 3]
+        x, y = known.point[at, 0] - low_x, known.point[at, 1] - low_y
+        if known.key[at] < 0 or x < a * width - grown or x > far_a * width + grown:
+            continue
+        if y >= b * width - grown and y <= far_b * width + grown:
+            _mark(levels, clearance_m, reach_m, known.point, at, level, a, b, far_a, far_b)
+
+
+@compiled
+def _mark(
+    levels: Levels,
+    clearance_m: Floats,
+    reach_m: float,
+    point: Floats2,
+    at: int,
+    level: int,
+    low_a: int,
+    low_b: int,
+    far_a: int,
+    far_b: int,
+) -> None:
+    width, n, layers = levels.width_m * (1 << level), levels.n, levels.layers
+    grown = point[at, 3]
+    reach = reach_m + grown
+    x = point[at, 0] / width - levels.low[level, 0] - 0.5
+    y = point[at, 1] / width - levels.low[level, 1] - 0.5
+    cells = reach / width
+    first, last = max(int(np.ceil(x - cells)), low_a), min(int(np.floor(x + cells)), far_a - 1)
+    first_b, last_b = max(int(np.ceil(y - cells)), low_b), min(int(np.floor(y + cells)), far_b - 1)
+    bottom, top = 0, layers - 1
+    above = point[at, 2] - levels.lowest_m
+    if layers > 1:
+        bottom = max(int(np.ceil((above - reach) / levels.layer_m)), 0)
+        top = min(int(np.floor((above + reach) / levels.layer_m)), layers - 1)
+    elif abs(above) >= reach:
+        return
+    for i in range(first, last + 1):
+        dx2 = ((i - x) * width) ** 2
+        for j in range(first_b, last_b + 1):
+            level2 = dx2 + ((j - y) * width) ** 2
+            if level2 >= reach * reach:
+                continue
+            cell = ((level * n + i) * n + j) * layers
+            for k in range(bottom, top + 1):
+                dz = k * levels.layer_m - above
+                d2 = level2 + dz * dz
+                most = clearance_m[cell + k] + grown
+                if most > 0.0 and d2 < most * most:
+                    clearance_m[cell + k] = np.sqrt(d2) - grown
+
+
+@compiled
+def unmark_points(
+    levels: Levels,
+    clearance_m: Floats,
+    base_m: Floats,
+    reach_m: Floats,
+    known: KnownPoints,
+    gone: Ints,
+    most_m: float,
+) -> None:
+    """Mark the cells about points that vanished or changed anew, from those that are left.
+
+    base_m: clearance [cells] without any points. most_m: how much nearer points may count.
+    """
+    n, layers = levels.n, levels.layers
+    for level in range(levels.count):
+        width = levels.width_m * (1 << level)
+        far = int(np.ceil((reach_m[level] + most_m) / width)) + 1
+        dirty = np.zeros((n, n), dtype=np.bool_)
+        about = np.zeros((n, n), dtype=np.bool_)
+        low_a, low_b, far_a, far_b = n, n, 0, 0
+        for m in range(len(gone)):
+            i = int(np.floor(known.point[gone[m], 0] / width)) - levels.low[level, 0]
+            j = int(np.floor(known.point[gone[m], 1] / width)) - levels.low[level, 1]
+            for u in range(max(i - 2 * far, 0), min(i + 2 * far + 1, n)):
+                for v in range(max(j - 2 * far, 0), min(j + 2 * far + 1, n)):
+                    about[u, v] = True
+                    if abs(u - i) <= far and abs(v - j) <= far:
+                        dirty[u, v] = True
+                        low_a, low_b = min(low_a, u), min(low_b, v)
+                        far_a, far_b = max(far_a, u + 1), max(far_b, v + 1)
+        if far_a <= low_a:
+            continue
+        for i in range(low_a, far_a):
+            for j in range(low_b, far_b):
+                if dirty[i, j]:
+                    cell = ((level * n + i) * n + j) * layers
+                    for k in range(layers):
+                        clearance_m[cell + k] = base_m[cell + k]
+        for at in range(known.counts[0]):
+            if known.key[at] < 0:
+                continue
+            i = int(np.floor(known.point[at, 0] / width)) - levels.low[level, 0]
+            j = int(np.floor(known.point[at, 1] / width)) - levels.low[level, 1]
+            # Beyond a side of the level a point may still come near.
+            inside = 0 <= i < n and 0 <= j < n
+            u, v = min(max(i, 0), n - 1), min(max(j, 0), n - 1)
+            if about[u, v] and (inside or max(abs(u - i), abs(v - j)) <= far):
+                _mark(levels, clearance_m, reach_m[level], known.point, at, level, 0, 0, n, n)
+
+
+@compiled
+def speeds_of(
+    levels: Levels, clearance_m: Floats, rule: SpeedRule, within: tuple[float, float, float, float]
+) -> Floats:
+    """Return the speed [cells] of the way on from cells by the clearance there.
+
+    within: west, south, east and north side of the box that is not left.
+    """
+    n, layers = levels.n, levels.layers
+    speed = np.empty(len(clearance_m))
+    cell = 0
+    west, south, east, north = within
+    for level in range(levels.count):
+        width = levels.width_m * (1 << level)
+        barred = max(rule.margin_m, 0.5 * width)
+        per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
+        closed = 0.0 if level < rule.exact_levels else rule.porous_mps
+        for i in range(n):
+            x = (levels.low[level, 0] + i + 0.5) * width
+            for j in range(n):
+                y = (levels.low[level, 1] + j + 0.5) * width
+                outside = x < west or y < south or x > east or y > north
+                for _ in range(layers):
+                    clear = clearance_m[cell]
+                    if outside or clear <= BARRED_M:
+                        speed[cell] = 0.0
+                    elif clear < barred:
+                        speed[cell] = closed
+                    else:
+                        faster = rule.slow_mps + (clear - rule.margin_m) * per_metre
+                        speed[cell] = min(faster, rule.fast_mps)
+                    cell += 1
+    return speed

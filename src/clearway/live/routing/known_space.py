@@ -1,0 +1,230 @@
+"""How much room there is about the vehicle, as far as is known: levels of cells that move along.
+
+What sensors saw is forgotten behind the vehicle. What it showed of walls must not be, or the way
+back leads through them: points stay here, one of each small voxel, until they prove to be gone or
+lie beyond the coarsest level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.arrays import FloatArray, IntArray
+from clearway.live.routing.clearance_marking import (
+    KnownPoints,
+    find_vanished,
+    keep_within,
+    mark_box,
+    mark_points,
+    tell_points,
+    unmark_points,
+)
+from clearway.live.routing.marching import Levels
+
+CELLS = 96
+"""Cells along a side of each level: even, so that levels fit into each other."""
+ROLL_WITHIN = 8
+"""A level moves along once the vehicle is off its middle by this part of its cells."""
+CAPACITY = 1 << 17
+"""Points that are kept."""
+OF_CELL = 0.5
+"""Edge of a voxel that one point is kept of, in finest cells."""
+MOST_GROWN_M = 2.0
+"""A point counts at most so much nearer."""
+BaseClearance = Callable[[FloatArray, float], FloatArray]
+"""(places [n, 3], how far it matters) -> clearance [n] from what is known without points: maps and
+rules; inf where nothing is."""
+
+
+class Layout(NamedTuple):
+    """Which cells there are."""
+
+    width_m: float
+    """Edge of the finest."""
+    levels: int
+    lowest_m: float
+    """Height of the lowest layer."""
+    layer_m: float
+    """From one layer to the next."""
+    layers: int
+
+
+class KnownSpace:
+    """Clearance in the cells about the vehicle, kept up as points become known.
+
+    Parameters
+    ----------
+    layout
+    margin_m
+        What points may be grown by without counting nearer: a wall of points has no gap then.
+    wide_m
+        Clearance beyond which more makes no difference.
+    base
+        What is known besides points; None for nothing.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        margin_m: float,
+        wide_m: float,
+        base: BaseClearance | None = None,
+    ) -> None:
+        self.layout = layout
+        self._margin_m = margin_m
+        self._base = base
+        widths = layout.width_m * 2.0 ** np.arange(layout.levels)
+        between = layout.layer_m if layout.layers > 1 else 0.0
+        self._reach_m: FloatArray = np.maximum(np.maximum(widths, wide_m), between)
+        cells = layout.levels * CELLS * CELLS * layout.layers
+        self.clearance_m: FloatArray = np.empty(cells)
+        """[cells] from the middle of each cell to what is nearest, as far as it matters."""
+        self._base_m: FloatArray = np.empty(cells)
+        self._low: IntArray | None = None
+        self._telling = 0
+        self._known = KnownPoints(
+            OF_CELL * layout.width_m,
+            np.full(2 * CAPACITY, -1, dtype=np.int64),
+            np.empty(CAPACITY, dtype=np.int64),
+            np.empty((CAPACITY, 4)),
+            np.zeros(CAPACITY, dtype=np.int64),
+            np.zeros(2, dtype=np.int64),
+        )
+
+    @property
+    def levels(self) -> Levels:
+        """Where the cells are; RuntimeError before the vehicle's place is known."""
+        if self._low is None:
+            raise RuntimeError("known space: nothing was taken in")
+        layout, low = self.layout, self._low
+        inner = np.zeros_like(low)
+        inner[1:] = low[:-1] // 2 - low[1:]
+        return Levels(
+            layout.levels,
+            CELLS,
+            layout.layers,
+            low,
+            inner,
+            layout.width_m,
+            layout.lowest_m,
+            layout.layer_m,
+        )
+
+    def take(
+        self,
+        vehicle_m: FloatArray,
+        points_m: FloatArray,
+        radius_m: FloatArray,
+        complete_m: float = 0.0,
+    ) -> bool:
+        """Take in points [n, 3] with their radii [n]; return whether any clearance has changed.
+
+        complete_m: within that distance of the vehicle [3], what is not among them is gone.
+        """
+        moved = self._follow(vehicle_m)
+        self._telling += 1
+        known = self._known
+        grown = np.clip(radius_m - self._margin_m, 0.0, MOST_GROWN_M)
+        fresh, changed = tell_points(known, points_m, grown, self._telling)
+        levels = self.levels
+        if complete_m > 0.0:
+            gone = find_vanished(known, self._telling, vehicle_m, complete_m)
+            changed = np.concatenate([changed, gone])
+        if len(changed):
+            unmark_points(
+                levels,
+                self.clearance_m,
+                self._base_m,
+                self._reach_m,
+                known,
+                changed,
+                MOST_GROWN_M if np.any(grown) else 0.0,
+            )
+        if len(fresh):
+            mark_points(levels, self.clearance_m, self._reach_m, known, fresh)
+        self._make_room()
+        return moved or len(fresh) > 0 or len(changed) > 0
+
+    def _make_room(self) -> None:
+        """Forget what lies beyond the cells, before there are too many points."""
+        count, gone = self._known.counts.tolist()
+        if count < 0.9 * CAPACITY and gone < 0.25 * CAPACITY:
+            return
+        # What is near matters more: half as far off, until enough is forgotten.
+        for level in range(self.layout.levels - 1, -1, -1):
+            width = self.layout.width_m * 2.0**level
+            low = self.levels.low[level] * width
+            beyond = float(self._reach_m[level])
+            keep_within(self._known, low - beyond, low + CELLS * width + beyond)
+            if self._known.counts[0] < 0.7 * CAPACITY:
+                return
+
+    # --- moving along ---------------------------------------------------------------------
+
+    def _follow(self, vehicle_m: FloatArray) -> bool:
+        """Whether some level has moved along with the vehicle [3]."""
+        layout = self.layout
+        widths = layout.width_m * 2.0 ** np.arange(layout.levels)
+        middle = np.floor(vehicle_m[:2] / widths[:, None]).astype(np.int64)
+        wanted = (middle - CELLS // 2) // 2 * 2
+        if self._low is None:
+            self._low = wanted
+            self.clearance_m[:] = self._base_m[:] = np.inf
+            for level in range(layout.levels):
+                self._renew_box(level, (0, 0), (CELLS, CELLS))
+            return True
+        rolls = np.any(np.abs(wanted - self._low) > CELLS // ROLL_WITHIN, axis=1)
+        for level in np.flatnonzero(rolls).tolist():
+            self._roll(level, wanted[level] - self._low[level])
+        return bool(rolls.any())
+
+    def _roll(self, level: int, by: IntArray) -> None:
+        """Move a level along by cells [2]."""
+        assert self._low is not None
+        self._low = self._low.copy()
+        self._low[level] += by
+        if np.any(np.abs(by) >= CELLS):
+            self._renew_box(level, (0, 0), (CELLS, CELLS))
+            return
+        shape = (self.layout.levels, CELLS, CELLS, self.layout.layers)
+        a, b = by.tolist()
+        to = tuple(slice(max(-s, 0), CELLS - max(s, 0)) for s in (a, b))
+        of = tuple(slice(max(s, 0), CELLS - max(-s, 0)) for s in (a, b))
+        for values in (self.clearance_m, self._base_m):
+            cells = values.reshape(shape)[level]
+            cells[to] = cells[of].copy()
+        if a:
+            first, last = (CELLS - a, CELLS) if a > 0 else (0, -a)
+            self._renew_box(level, (first, 0), (last, CELLS))
+        if b:
+            first, last = (CELLS - b, CELLS) if b > 0 else (0, -b)
+            self._renew_box(level, (0, first), (CELLS, last))
+
+    def _renew_box(self, level: int, low: tuple[int, int], high: tuple[int, int]) -> None:
+        """Make the clearance of some cells of a level anew."""
+        layout, levels = self.layout, self.levels
+        shape = (layout.levels, CELLS, CELLS, layout.layers)
+        box = (level, slice(low[0], high[0]), slice(low[1], high[1]))
+        reach = float(self._reach_m[level])
+        width = layout.width_m * 2.0**level
+        base: FloatArray = np.full((high[0] - low[0], high[1] - low[1], layout.layers), np.inf)
+        if self._base is not None:
+            ticks = [
+                (levels.low[level, axis] + np.arange(low[axis], high[axis]) + 0.5) * width
+                for axis in (0, 1)
+            ]
+            heights = layout.lowest_m + layout.layer_m * np.arange(layout.layers)
+            places = np.stack(np.meshgrid(*ticks, heights, indexing="ij"), axis=-1)
+            base = self._base(places.reshape(-1, 3), reach).reshape(base.shape)
+        self._base_m.reshape(shape)[box] = base
+        self.clearance_m.reshape(shape)[box] = base
+        mark_box(levels, self.clearance_m, reach, self._known, level, *low, *high)
+
+
+def cells_of(space: KnownSpace, values: FloatArray) -> FloatArray:
+    """Return values [cells] as [levels, n, n, layers]."""
+    layout = space.layout
+    return values.reshape(layout.levels, CELLS, CELLS, layout.layers)

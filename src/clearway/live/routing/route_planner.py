@@ -1,0 +1,154 @@
+"""The one route planner: what is known is kept up in cells, and time marches over them.
+
+A field is made anew where what is known, the target or the vehicle's place has changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
+from clearway.base.compiled import sealed
+from clearway.base.frames import FloatArray
+from clearway.live.routing.clearance_marking import SpeedRule, speeds_of
+from clearway.live.routing.known_space import CELLS, BaseClearance, KnownSpace, Layout, cells_of
+from clearway.live.routing.marching import march
+
+EXACT_LEVELS = 2
+"""The finest so many levels tell what is closed; in coarser cells a forest would look like a
+wall."""
+POROUS = 0.05
+"""Share of the greatest speed in coarse cells that something stands in."""
+WIDE = 3.0
+"""Clearance, in margins, from which on speed is greatest."""
+SLOW = 0.15
+"""Share of the greatest speed at the margin."""
+ARRIVES_MPS = 0.8
+"""Speed that is left at the target: braking is not planned to the last centimetre."""
+LONGER = 1.2
+"""Times the time to go of the last field up to which a way is looked for first."""
+MOST_LEVELS = 8
+"""Levels at most: the coarsest cells are 128 times as wide as the finest."""
+
+
+@dataclass(frozen=True)
+class RouteSettings:
+    """What a route keeps to."""
+
+    pace: Pace
+    margin_m: float
+    ends_within_m: float
+    """From a target that something stands at, so far off a way to it may end."""
+    asked_within_m: float
+    """How far from the vehicle times are asked for."""
+    slow_mps: float
+    """Speed at the margin, which rises to the greatest at `wide_m`."""
+    wide_m: float
+    west_m: float = -np.inf
+    south_m: float = -np.inf
+    east_m: float = np.inf
+    north_m: float = np.inf
+
+
+class RoutePlanner:
+    """Keeps up what is known, and makes the fields of time to go over it.
+
+    Parameters
+    ----------
+    settings
+    layout
+        Cells; see `layout_for`.
+    base
+        What is known besides points: maps, and places that rules forbid.
+    """
+
+    def __init__(
+        self, settings: RouteSettings, layout: Layout, base: BaseClearance | None = None
+    ) -> None:
+        self.settings = settings
+        self.space = KnownSpace(layout, settings.margin_m, settings.wide_m, base)
+        self._rule = SpeedRule(
+            settings.margin_m,
+            settings.wide_m,
+            settings.slow_mps,
+            settings.pace.fastest_mps,
+            POROUS * settings.pace.fastest_mps,
+            EXACT_LEVELS,
+        )
+        self._last: RouteField | None = None
+
+    def take(
+        self,
+        vehicle_m: FloatArray,
+        points_m: FloatArray,
+        radius_m: FloatArray,
+        complete_m: float = 0.0,
+    ) -> bool:
+        """Take in what is known now, as of `KnownSpace.take`."""
+        return self.space.take(vehicle_m, points_m, radius_m, complete_m)
+
+    def field(self, vehicle_m: FloatArray, target_m: FloatArray) -> tuple[RouteField, bool]:
+        """Return the field of time to go to a target [3], and whether a way from the vehicle [3]
+        to it is known."""
+        settings, space = self.settings, self.space
+        levels, pace = space.levels, settings.pace
+        sides = (settings.west_m, settings.south_m, settings.east_m, settings.north_m)
+        speed = speeds_of(levels, space.clearance_m, self._rule, sides)
+        slack_s = 2.0 * settings.asked_within_m / pace.fastest_mps
+        time, found = np.empty(0), False
+        for most_s in dict.fromkeys((self._guess_s(vehicle_m, target_m), np.inf)):
+            time, found = march(
+                levels,
+                pace,
+                space.clearance_m,
+                speed,
+                target_m,
+                vehicle_m,
+                settings.ends_within_m,
+                slack_s,
+                most_s,
+            )
+            if found:
+                break
+        widths = levels.width_m * 2.0 ** np.arange(levels.count)
+        field = RouteField(
+            sealed(cells_of(space, time)),
+            sealed(cells_of(space, speed)),
+            sealed(levels.low * widths[:, None]),
+            levels.width_m,
+            levels.lowest_m,
+            levels.layer_m,
+            target_m,
+            pace,
+        )
+        if not found:
+            found = time_to_go(field, *vehicle_m.tolist())[0] < np.inf
+        self._last = field if found else None
+        return field, found
+
+    def _guess_s(self, vehicle_m: FloatArray, target_m: FloatArray) -> float:
+        """The most seconds that a way from the vehicle may take, by the last field."""
+        last = self._last
+        if last is None or not np.array_equal(last.target_m, target_m):
+            return np.inf
+        return LONGER * time_to_go(last, *vehicle_m.tolist())[0]
+
+
+def layout_for(
+    width_m: float, away_m: float, lowest_m: float, highest_m: float, layer_m: float
+) -> Layout:
+    """Return the cells for targets `away_m` from the vehicle at most.
+
+    Layers lie between two heights, about `layer_m` apart, and one where these are no farther apart.
+    """
+    half_m = (0.5 - 1.0 / 8.0) * CELLS * width_m
+    levels = 1
+    while levels < MOST_LEVELS and half_m * 2.0 ** (levels - 1) < away_m:
+        levels += 1
+    span = max(highest_m - lowest_m, 0.0)
+    layers = 1 + int(span / layer_m + 0.5)
+    if layers == 1:
+        return Layout(width_m, levels, lowest_m + 0.5 * span, layer_m, 1)
+    return Layout(width_m, levels, lowest_m, span / (layers - 1), layers)
