@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.escape.terms import carried_m
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
+from clearway.avoidance.plan.situation import CALM, Here, Situation, widest_margin_m
 from clearway.avoidance.rate.route_field import RouteField
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
@@ -22,10 +22,11 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import unreported
 from clearway.live.inputs.clock import Clock
-from clearway.live.inputs.own_states import Flown, OwnStates
+from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, speeds_of
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
 from clearway.live.inputs.reports import reports_for
+from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
@@ -66,9 +67,11 @@ class Knowledge:
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
-        self.wind = WindEstimate(planner.speed_mps, settings.wind_mps)
+        told_mps = CALM if planner.automaton.has_inertia else settings.wind_mps
+        self.wind = WindEstimate(planner.speed_mps, told_mps)
         self.flown.wind_mps = self.wind.wind_mps
         self.own_states = OwnStates(settings.history_s, self.flown)
+        self.tracking = Tracking()
         self.sensing = RangeSensing(
             planner,
             range_sensors(lidars),
@@ -172,6 +175,8 @@ class Knowledge:
         self, before: State | None, state: State, flown_m: FloatArray | None, *, jumped: bool
     ) -> None:
         """Compare an own state with where what was flown since the one before would have led."""
+        if self.planner.automaton.has_inertia:
+            return  # It holds its way over the ground: what is left over is `tracking`.
         if (
             before is None
             or flown_m is None
@@ -226,8 +231,16 @@ class Knowledge:
         latest = self.own_states.latest
         if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
-        carried = self.flown.carry(latest, now)
-        return self.planner.automaton.in_class(carried, self.flown.class_at(now))
+        automaton, classes = self.planner.automaton, self.planner.automaton.classes
+        if classes is None or not classes.has_speeds:
+            carried = self.flown.carry(latest, now)
+            return automaton.in_class(carried, self.flown.class_at(now))
+        velocity = latest.velocity_mps
+        if velocity is None:
+            carried, motion = self.flown.carry(latest, now), self.flown.motion_at(now)
+        else:
+            carried, motion = moved_on(latest, velocity, now), speeds_of(velocity)
+        return automaton.in_class(carried, None if motion is None else classes.class_near(*motion))
 
     def blind_s(self, now: float) -> float | None:
         """For how long no range sensor has told anything, since the first question where none ever
@@ -300,7 +313,8 @@ class Knowledge:
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
-            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
+            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s)
+            + self.tracking.excess_m(now),
             floor_m=self.floor_m,
             wind_mps=self.wind.wind_mps,
             wind_sigma_mps=self.wind.sigma_mps if any(self.wind.wind_mps.tolist()) else 0.0,
