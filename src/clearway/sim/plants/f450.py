@@ -54,6 +54,10 @@ class F450Plant:
     def begin(self, movement: Movement) -> None:
         self._held = (movement.speed_mps, movement.climb_mps or 0.0, movement.yaw_rate_rps)
 
+    @property
+    def lag_s(self) -> float:
+        return max(LEAD_S)
+
     def follow(self, asked: Asked) -> None:
         self._way = LedWay(asked, LEAD_S)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import Floats, FloatArray
+from clearway.base.arrays import FloatArray, Floats
 from clearway.base.compiled import compiled
 from clearway.vehicle.reference import Reference
 
@@ -99,7 +99,6 @@ def fly_point_mass(
     before: Floats,
     after: Floats,
     air: Floats,
-    most_mps2: float,
     mass: PointMass,
     gains: LedGains,
     steps: int,
@@ -115,10 +114,8 @@ def fly_point_mass(
         asked = before + (n + 0.5) / steps * (after - before)
         wanted = led_acceleration(x[0:3], x[3:6], asked, total, gains)
         total = led_sum(x[0:3], asked, total, step_s, gains)
-        norm = np.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
-        share = 1.0 if norm <= most_mps2 else most_mps2 / norm
         for i in range(3):
-            x[6 + i] = wanted[i] * share + decay * (x[6 + i] - wanted[i] * share)
+            x[6 + i] = wanted[i] + decay * (x[6 + i] - wanted[i])
             drag = mass.drag_per_s * (x[3 + i] - air[i])
             x[3 + i] += (x[6 + i] - drag) * step_s
             x[i] += x[3 + i] * step_s

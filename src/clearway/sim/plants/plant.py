@@ -14,10 +14,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from clearway.base.errors import OwnCodeError
+from clearway.base.errors import ClearwayError, OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.own_code import guard_call
 from clearway.sim.plants.air import Air
+from clearway.sim.plants.led import Asked
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 
 
@@ -41,6 +42,30 @@ class Plant(Protocol):
     def outputs(self) -> Mapping[str, float]:
         """What its own sensors measure besides, by name with the unit; may be empty."""
         ...
+
+
+class LedPlant(Plant, Protocol):
+    """A plant that follows a reference, as a vehicle with inertia is flown."""
+
+    @property
+    def lag_s(self) -> float:
+        """How long before its time a change of the acceleration has to be known."""
+        ...
+
+    def follow(self, asked: Asked) -> None:
+        """From now on, be where a reference says; `asked` tells it a time from now on."""
+        ...
+
+
+def leading(plant: Plant) -> LedPlant:
+    """A plant that follows references; raises ClearwayError where it does not."""
+    if not hasattr(plant, "follow"):
+        raise ClearwayError(
+            f"plant {type(plant).__name__}: a vehicle with inertia is led by references; give the "
+            'plant a method `follow(asked)`, or fly kind = "inertialess"'
+        )
+    led: LedPlant = plant  # type: ignore[assignment]
+    return led
 
 
 MakePlant = Callable[[FloatArray, float, Air], Plant]

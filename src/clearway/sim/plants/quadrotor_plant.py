@@ -16,7 +16,7 @@ from clearway.vehicle.automaton import Movement
 
 STEPS_PER_S = 500
 LED = LedGains((9.0, 16.0), (5.0, 8.0), drag_per_s=0.45)
-LEAD_S = (0.12, 0.0)
+LEAD_S = (0.1, 0.0)
 """By how much an acceleration is asked for before its time: what attitude lags."""
 LED_TILT_RAD = 0.9
 """Of a vehicle that follows a reference: it flies faster, and leans into more drag."""
@@ -71,6 +71,10 @@ class QuadrotorPlant:
 
     def begin(self, movement: Movement) -> None:
         self._held = (movement.speed_mps, movement.climb_mps or 0.0, movement.yaw_rate_rps)
+
+    @property
+    def lag_s(self) -> float:
+        return max(LEAD_S)
 
     def follow(self, asked: Asked) -> None:
         self._way = LedWay(asked, LEAD_S)
