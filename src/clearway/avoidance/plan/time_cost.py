@@ -28,8 +28,9 @@ TOO_FAST = 0.7
 """Cost of being too fast for the goal beside that of being too slow."""
 EFFORT_S = 0.15
 """Time that a movement's effort counts as, times the cost weight of turns."""
-CLIMBING, CHANGES_CLIMB, TURNS = 0.7, 1.0, 0.5
-"""Effort of a movement that climbs, that changes its rate of climb, and of its widest turn."""
+CLIMBING, CHANGES_CLIMB, TURNS, CHANGES = 0.7, 1.0, 0.5, 0.3
+"""Effort of a movement that climbs, that changes its rate of climb, of its widest turn, and of one
+unlike the movement before it."""
 HEIGHT = 0.6
 """Share of the time that a height takes to climb that counts beside the time of the level way:
 both can be flown at once, but a climb that is put off comes at the end."""
@@ -89,6 +90,9 @@ def time_flown_m(
     climbs = classes.climb_mps[end]
     effort = CHANGES_CLIMB * (climbs != classes.climb_mps[before]) + CLIMBING * (climbs != 0.0)
     effort = effort + TURNS * np.abs(turned) / max(float(np.abs(turned).max()), 1e-9)
+    effort = effort + CHANGES * (
+        inner & (reach_set.movement != reach_set.movement[reach_set.parent])
+    )
     took_s = reach_set.end_time_s - np.where(inner, reach_set.end_time_s[reach_set.parent], 0.0)
     cost: FloatArray = automaton.fastest_mps * (took_s + EFFORT_S * prices.turn * effort)
     return cost

@@ -10,15 +10,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Floats2, Ints
+from clearway.base.arrays import Floats, Floats2, Ints, Ints2
 from clearway.base.compiled import compiled
 from clearway.live.routing.marching import Levels
 
 BITS = 21
 """Of a voxel's number along each axis."""
 MASK = (1 << BITS) - 1
-GROWN_M = 0.1
-"""A point that is told of with a radius that is so much another counts as another one."""
+POINT_BITS, TOLD_AT = 17, 29
+"""In the second number of the table: bits of a point's index, and where the time begins."""
+MOST_POINTS, MOST_GROWN = 1 << POINT_BITS, 1 << (TOLD_AT - POINT_BITS)
+"""Points that can be kept, and centimetres that one can count nearer."""
+OTHER = 10
+"""Centimetres by which a point has to count nearer or less near to count as another one."""
+GONE = -2
+"""In place of the voxel of a point that vanished."""
 BARRED_M = -1e9
 """Clearance where rules forbid to fly."""
 
@@ -27,14 +33,12 @@ class KnownPoints(NamedTuple):
     """Points that are known, one of each voxel."""
 
     voxel_m: float
-    table: Ints
-    """[a power of two] index of a point by the hash of its voxel, or -1."""
-    key: Ints
-    """[capacity] of its voxel; -1 for one that vanished."""
+    table: Ints2
+    """[a power of two, 2] by the hash of a voxel: its number, -1 for none; and of its point, when
+    it was told of last, by how much nearer it counts and its index, in one number: a look into
+    memory less."""
     point: Floats2
-    """[capacity, 4] world frame, and how much nearer it counts."""
-    told: Ints
-    """[capacity] when it was told of last, in tellings."""
+    """[capacity, 4] world frame, and how much nearer it counts; -1 for one that vanished."""
     counts: Ints
     """[2] points kept, those that vanished included; and those that vanished."""
 
@@ -62,38 +66,38 @@ def tell_points(
     """Note points [n, 3] and how much nearer each counts [n]; return which are new, and which have
     changed. Nothing is noted beyond the capacity."""
     fresh, changed = [0], [0]
-    mask, last, before = len(known.table) - 1, -1, -1
+    table, mask, last = known.table, len(known.table) - 1, -1
+    per_metre = 1.0 / known.voxel_m
     for n in range(len(points)):
-        a = int(np.floor(points[n, 0] / known.voxel_m))
-        b = int(np.floor(points[n, 1] / known.voxel_m))
-        c = int(np.floor(points[n, 2] / known.voxel_m))
+        a = int(np.floor(points[n, 0] * per_metre))
+        b = int(np.floor(points[n, 1] * per_metre))
+        c = int(np.floor(points[n, 2] * per_metre))
         key = ((a & MASK) << (2 * BITS)) | ((b & MASK) << BITS) | (c & MASK)
         if key == last:
-            at = before
-        else:
-            slot = _slot(a, b, c, mask)
-            at = known.table[slot]
-            while at >= 0 and known.key[at] != key:
-                slot = (slot + 1) & mask
-                at = known.table[slot]
-            if at < 0:
-                at = known.counts[0]
-                if at >= len(known.key):
-                    continue
-                known.counts[0] += 1
-                known.table[slot] = at
-                known.key[at] = key
-                known.point[at, 0] = points[n, 0]
-                known.point[at, 1] = points[n, 1]
-                known.point[at, 2] = points[n, 2]
-                known.point[at, 3] = grown_m[n]
-                fresh.append(at)
-        elsewise = abs(known.point[at, 3] - grown_m[n]) > GROWN_M
-        if elsewise and known.told[at] != telling:
+            continue
+        last = key
+        slot = _slot(a, b, c, mask)
+        while table[slot, 0] != -1 and table[slot, 0] != key:
+            slot = (slot + 1) & mask
+        grown = int(100.0 * grown_m[n])
+        at = table[slot, 1] & (MOST_POINTS - 1)
+        before = (table[slot, 1] >> POINT_BITS) & (MOST_GROWN - 1)
+        if table[slot, 0] == -1:
+            at = known.counts[0]
+            if at >= len(known.point):
+                continue
+            known.counts[0] += 1
+            table[slot, 0] = key
+            for axis in range(3):
+                known.point[at, axis] = points[n, axis]
+            known.point[at, 3] = grown_m[n]
+            fresh.append(at)
+        elif abs(before - grown) > OTHER and table[slot, 1] >> TOLD_AT != telling:
             known.point[at, 3] = grown_m[n]
             changed.append(at)
-        known.told[at] = telling
-        last, before = key, at
+        else:
+            grown = before
+        table[slot, 1] = (telling << TOLD_AT) | (grown << POINT_BITS) | at
     return np.array(fresh)[1:], np.array(changed)[1:]
 
 
@@ -107,13 +111,17 @@ def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: f
     """Return the points within a distance of the vehicle [3] that were not told of, and drop
     them."""
     gone = [0]
-    for at in range(known.counts[0]):
-        if known.key[at] < 0 or known.told[at] == telling:
+    for slot in range(len(known.table)):
+        packed = known.table[slot, 1]
+        if known.table[slot, 0] < 0 or packed >> TOLD_AT == telling:
             continue
+        at = packed & (MOST_POINTS - 1)
         dx, dy = known.point[at, 0] - vehicle[0], known.point[at, 1] - vehicle[1]
         dz = known.point[at, 2] - vehicle[2]
         if dx * dx + dy * dy + dz * dz <= within_m * within_m:
-            known.key[at] = -1
+            # Its place in the table stays taken: others may have been put behind it.
+            known.table[slot, 0] = GONE
+            known.point[at, 3] = -1.0
             known.counts[1] += 1
             gone.append(at)
     return np.array(gone)[1:]
@@ -122,23 +130,27 @@ def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: f
 @compiled
 def keep_within(known: KnownPoints, low: Floats, high: Floats) -> None:
     """Forget points that vanished and those outside of a box, and lay out the rest anew."""
-    mask = len(known.table) - 1
-    known.table[:] = -1
+    mask, per_metre = len(known.table) - 1, 1.0 / known.voxel_m
+    told = np.zeros(known.counts[0], dtype=np.int64)
+    for slot in range(len(known.table)):
+        if known.table[slot, 0] >= 0:
+            told[known.table[slot, 1] & (MOST_POINTS - 1)] = known.table[slot, 1]
+    known.table[:, 0] = -1
     kept = 0
     for at in range(known.counts[0]):
         x, y, z = known.point[at, 0], known.point[at, 1], known.point[at, 2]
-        if known.key[at] < 0 or x < low[0] or y < low[1] or x > high[0] or y > high[1]:
+        if known.point[at, 3] < 0.0 or x < low[0] or y < low[1] or x > high[0] or y > high[1]:
             continue
-        known.key[kept], known.told[kept] = known.key[at], known.told[at]
         for axis in range(4):
             known.point[kept, axis] = known.point[at, axis]
-        a = int(np.floor(x / known.voxel_m))
-        b = int(np.floor(y / known.voxel_m))
-        c = int(np.floor(z / known.voxel_m))
+        a = int(np.floor(x * per_metre))
+        b = int(np.floor(y * per_metre))
+        c = int(np.floor(z * per_metre))
         slot = _slot(a, b, c, mask)
-        while known.table[slot] >= 0:
+        while known.table[slot, 0] != -1:
             slot = (slot + 1) & mask
-        known.table[slot] = kept
+        known.table[slot, 0] = ((a & MASK) << (2 * BITS)) | ((b & MASK) << BITS) | (c & MASK)
+        known.table[slot, 1] = (told[at] >> POINT_BITS << POINT_BITS) | kept
         kept += 1
     known.counts[0], known.counts[1] = kept, 0
 
@@ -150,7 +162,7 @@ def mark_points(
     """Lower the clearance [cells] about points by their numbers, as far as `reach_m` [levels]."""
     for level in range(levels.count):
         for n in range(len(which)):
-            if known.key[which[n]] >= 0:
+            if known.point[which[n], 3] >= 0.0:
                 _mark(
                     levels, clearance_m, reach_m[level], known.point, which[n], level,
                     0, 0, levels.n, levels.n,
@@ -175,7 +187,7 @@ def mark_box(
     for at in range(known.counts[0]):
         grown = reach_m + known.point[at, 3]
         x, y = known.point[at, 0] - low_x, known.point[at, 1] - low_y
-        if known.key[at] < 0 or x < a * width - grown or x > far_a * width + grown:
+        if known.point[at, 3] < 0.0 or x < a * width - grown or x > far_a * width + grown:
             continue
         if y >= b * width - grown and y <= far_b * width + grown:
             _mark(levels, clearance_m, reach_m, known.point, at, level, a, b, far_a, far_b)
@@ -264,7 +276,7 @@ def unmark_points(
                     for k in range(layers):
                         clearance_m[cell + k] = base_m[cell + k]
         for at in range(known.counts[0]):
-            if known.key[at] < 0:
+            if known.point[at, 3] < 0.0:
                 continue
             i = int(np.floor(known.point[at, 0] / width)) - levels.low[level, 0]
             j = int(np.floor(known.point[at, 1] / width)) - levels.low[level, 1]

@@ -14,6 +14,7 @@ import numpy as np
 
 from clearway.base.arrays import FloatArray, IntArray
 from clearway.live.routing.clearance_marking import (
+    MOST_POINTS,
     KnownPoints,
     find_vanished,
     keep_within,
@@ -28,8 +29,6 @@ CELLS = 96
 """Cells along a side of each level: even, so that levels fit into each other."""
 ROLL_WITHIN = 8
 """A level moves along once the vehicle is off its middle by this part of its cells."""
-CAPACITY = 1 << 17
-"""Points that are kept."""
 OF_CELL = 0.5
 """Edge of a voxel that one point is kept of, in finest cells."""
 MOST_GROWN_M = 2.0
@@ -87,10 +86,8 @@ class KnownSpace:
         self._telling = 0
         self._known = KnownPoints(
             OF_CELL * layout.width_m,
-            np.full(2 * CAPACITY, -1, dtype=np.int64),
-            np.empty(CAPACITY, dtype=np.int64),
-            np.empty((CAPACITY, 4)),
-            np.zeros(CAPACITY, dtype=np.int64),
+            np.full((2 * MOST_POINTS, 2), -1, dtype=np.int64),
+            np.empty((MOST_POINTS, 4)),
             np.zeros(2, dtype=np.int64),
         )
 
@@ -151,7 +148,7 @@ class KnownSpace:
     def _make_room(self) -> None:
         """Forget what lies beyond the cells, before there are too many points."""
         count, gone = self._known.counts.tolist()
-        if count < 0.9 * CAPACITY and gone < 0.25 * CAPACITY:
+        if count < 0.9 * MOST_POINTS and gone < 0.25 * MOST_POINTS:
             return
         # What is near matters more: half as far off, until enough is forgotten.
         for level in range(self.layout.levels - 1, -1, -1):
@@ -159,7 +156,7 @@ class KnownSpace:
             low = self.levels.low[level] * width
             beyond = float(self._reach_m[level])
             keep_within(self._known, low - beyond, low + CELLS * width + beyond)
-            if self._known.counts[0] < 0.7 * CAPACITY:
+            if self._known.counts[0] < 0.7 * MOST_POINTS:
                 return
 
     # --- moving along ---------------------------------------------------------------------

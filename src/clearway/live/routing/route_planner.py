@@ -109,6 +109,7 @@ class RoutePlanner:
                 settings.ends_within_m,
                 slack_s,
                 most_s,
+                settings.slow_mps,
             )
             if found:
                 break

@@ -28,8 +28,10 @@ COARSER_HEIGHT = 0.5
 """Least distance in height, m."""
 HEADINGS_RAD = (0.12, 0.6)
 """Least and greatest difference of headings that tells nodes apart."""
-EFFORT = 0.3
-"""Weight of a chain's effort against chance, where one of several alike is kept."""
+CHANCE = 0.3
+"""Weight of chance beside a chain's effort, where one of several alike is kept."""
+CHANGED = 0.5
+"""Effort of a movement unlike the one before: of chains alike the plainest is kept."""
 
 
 def select_timed() -> Select:
@@ -63,11 +65,13 @@ def _grow(lattice: Lattice, root: int, layers: int) -> ByteArray:
         pose = _placed(pose[node], end, turn_rad)
         spent = spent[node] + effort[at[node], movement]
         buffers = buffers[node]
+        if layer:
+            spent += CHANGED * (buffers[:, layer - 1] != movement + 1)
         buffers[:, layer] = movement + 1
         at = pieces.following[at[node], movement].astype(np.int64)
         if layer:
             most = KEPT[min(layer, len(KEPT)) - 1]
-            kept = _disperse(pose, at, EFFORT * spent + rng.random(len(at)), most)
+            kept = _disperse(pose, at, spent + CHANCE * rng.random(len(at)), most)
             pose, spent, buffers, at = pose[kept], spent[kept], buffers[kept], at[kept]
         found.append(buffers)
     return np.concatenate(found)
