@@ -15,10 +15,10 @@ from clearway.sim.plants.quadrotor import ROTOR_SIDES, Airframe, rotate_by_quate
 from clearway.vehicle.automaton import Movement
 
 STEPS_PER_S = 500
-LED = LedGains((9.0, 16.0), (5.0, 8.0), drag_per_s=0.45)
+LED = LedGains((14.0, 20.0), (6.5, 9.0), sum_per_s3=8.0, most_sum_mps2=6.0, drag_per_s=0.5)
 LEAD_S = (0.1, 0.0)
 """By how much an acceleration is asked for before its time: what attitude lags."""
-LED_TILT_RAD = 0.9
+LED_TILT_RAD = 1.05
 """Of a vehicle that follows a reference: it flies faster, and leans into more drag."""
 
 
