@@ -78,11 +78,19 @@ def measure_copter(
         _, off = _off_at(classes, held_out, speed)
         inside.append(float((np.linalg.norm(off, axis=2) <= radius).mean()))
     means = np.array([_greatest_mean(edges, off[:, -1]) for edges, off in by_speed])
-    own = tube[np.searchsorted(speeds, classes.speed_mps)]
-    table = replace(classes, class_tube_m=own)
     samples = sum(len(flight) for flight in made)
-    measured = replace(automaton, table=table)
+    measured = with_tube(automaton, speeds, tube)
     return MeasuredCopter(measured, speeds, tube, np.array(inside), means, samples)
+
+
+def with_tube(
+    automaton: MovementAutomaton, speeds_mps: FloatArray, tube_m: FloatArray
+) -> MovementAutomaton:
+    """An automaton with inertia whose tube is that of the nearest speed [speeds]."""
+    assert automaton.classes is not None  # It has inertia.
+    off = np.abs(automaton.classes.speed_mps[:, None] - speeds_mps)
+    own = tube_m[off.argmin(axis=1)]
+    return replace(automaton, table=replace(automaton.classes, class_tube_m=own))
 
 
 def round_of_classes(following: IntArray, rng: np.random.Generator) -> list[Edge]:

@@ -20,6 +20,7 @@ from clearway.base.own_code import guard_call
 from clearway.sim.plants.air import Air
 from clearway.sim.plants.led import Asked
 from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.copter import CopterLimits
 
 
 class Plant(Protocol):
@@ -84,6 +85,8 @@ class PlantKind:
     movements: Callable[..., MovementAutomaton] | None = None
     """The movements that it is usually flown with, by closed form, for a `speed_mps` and a
     `duration_s` or by its own defaults; None where it has none of its own."""
+    copter: CopterLimits | None = None
+    """What it can do as a copter with inertia; None for what is none."""
 
 
 @dataclass
@@ -127,7 +130,8 @@ def own_plant(label: str, found: Any) -> PlantKind:
     about = (inspect.getdoc(found) or label).partition("\n")[0]
     if callable(found) and _takes(found, 3):
         make = guard_call(label, found)
-        return PlantKind(about, make, getattr(found, "movements", None))
+        own = getattr(found, "movements", None), getattr(found, "copter", None)
+        return PlantKind(about, make, *own)
     if callable(found) and _takes(found, 4):
         moves = guard_call(label, found)
 
