@@ -43,13 +43,15 @@ CLIMB_SHARE = 0.8
 """Of the acceleration that begins or ends a climb within one movement: the rest changes speed and
 course beside it."""
 HOLD = "Hold"
-TUBE_M, TUBE_PER_MPS = 0.05, 0.01
-"""Tube of a copter that is led by velocity and acceleration, in still air, at rest and per m/s of
-speed: drag and lift that its loops do not know."""
+TUBE_M = 0.03
+"""Tube of a copter that is led by velocity and acceleration, at rest in still air."""
 TUBE_PER_LAG = 1.4
 """Tube per acceleration times the square of the lag: what a tilt that takes time leaves."""
-TUBE_PER_GUST_S = 0.15
-"""Tube per m/s of gusts."""
+TUBE_PER_GUST_S = 0.07
+"""Tube per m/s of gusts, at rest."""
+TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.1
+"""More of it at the greatest speed, in still air and per m/s of gusts: drag and lift that its loops
+do not know."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +79,10 @@ class CopterLimits:
 
     def tube_m(self, speed_mps: FloatArray) -> FloatArray:
         """Within how far of its plan the copter is 99 % of the time, by its speeds [n]."""
-        lag_m = TUBE_PER_LAG * self.acceleration_mps2 * self.lag_s**2
-        gusts_m = TUBE_PER_GUST_S * self.gusts_mps
-        tube: FloatArray = TUBE_M + lag_m + gusts_m + TUBE_PER_MPS * speed_mps
+        at_rest = TUBE_M + TUBE_PER_LAG * self.acceleration_mps2 * self.lag_s**2
+        at_rest += TUBE_PER_GUST_S * self.gusts_mps
+        more = TUBE_AT_SPEED_M + TUBE_AT_SPEED_PER_GUST_S * self.gusts_mps
+        tube: FloatArray = at_rest + more * speed_mps / self.speed_mps
         return tube
 
     def __post_init__(self) -> None:
