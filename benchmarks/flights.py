@@ -51,7 +51,7 @@ class BallFlight:
 
     def __call__(self) -> Outcome:
         setup = static_mission()
-        world, mission = ball_world(self.seed)
+        world, mission, *_ = ball_world(self.seed)
         settings = SimulationSettings(seed=self.seed, scan_latency_s=self.latency_s)
         system = AvoidanceSystem(setup.planner, mission, lidars=setup.lidars)
         return outcome_of(simulate(system, world, lidars=setup.lidars, settings=settings))

@@ -39,7 +39,7 @@ class MethodFlight:
 
     def __call__(self) -> Outcome:
         setup = setup_with(self.method)
-        world, mission = ball_world(self.seed)
+        world, mission, *_ = ball_world(self.seed)
         system = AvoidanceSystem(setup.planner, mission, lidars=setup.lidars)
         settings = SimulationSettings(seed=self.seed, scan_latency_s=self.latency_s)
         return outcome_of(simulate(system, world, lidars=setup.lidars, settings=settings))

@@ -218,7 +218,7 @@ def test_the_vehicle_of_a_scene_and_of_one_moment(tmp_path: Path) -> None:
     assert "plane, 1 m/s" in plane.stdout
     assert "is assumed" not in plane.stderr
     copter = clearway("assess", "--scan", "a.mcap", "--no-plots", cwd=tmp_path)
-    assert "multirotor, 1 m/s" in copter.stdout
+    assert "inertialess, 1 m/s" in copter.stdout
     scene.write_text("[grid]\n")
     assert "plane, 1 m/s" in clearway("assess", "scene.toml", "--no-plots", cwd=tmp_path).stdout
     wrong = clearway("assess", "scene.toml", "--vehicle", "boat", "--no-plots", cwd=tmp_path)

@@ -203,7 +203,7 @@ def test_real_scans_are_played_in_words(data_dir: Path, tmp_path: Path) -> None:
     lines = run.stdout.splitlines()
     assert lines[0].endswith("frame velodyne: 4 decided, left out 0")
     assert lines[1] == "beams       file: vlp16"
-    assert lines[2] == "vehicle     multirotor, 1 m/s"
+    assert lines[2] == "vehicle     inertialess, 1 m/s"
     assert lines[3] == "poses       none: hovering, goal straight ahead, no memory"
     assert [line.split()[:3] for line in lines[5:9]] == [
         ["0", "0.000", "14885"],

@@ -220,7 +220,7 @@ def test_nothing_moves_in_the_static_mission() -> None:
     "seed", [2, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, 1, 3))]
 )
 def test_nothing_moves_among_balls(seed: int) -> None:
-    world, to_fly = ball_world(seed)
+    world, to_fly, *_ = ball_world(seed)
     flown_following(world, to_fly, seed=seed)
 
 

@@ -26,7 +26,7 @@ FIVE_DEG = np.radians(5.0)
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(1, 6))]
 )
 def test_with_an_attitude_off_by_what_is_stated_the_margin_is_kept(seed):
-    world, there = ball_world(seed)
+    world, there, *_ = ball_world(seed)
     run = simulate(
         AvoidanceSystem(PLANNER, there, lidars=(LIDAR,)),
         world,

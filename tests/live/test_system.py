@@ -224,7 +224,7 @@ def test_without_verification_all_news_counts():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
-    world, there = ball_world(seed)
+    world, there, *_ = ball_world(seed)
     live = AvoidanceSystem(PLANNER, there, lidars=(LIDAR,), obstacle_map=world)
     at = there.start
     for second in range(12):

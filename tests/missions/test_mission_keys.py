@@ -37,7 +37,7 @@ ELSEWHERE = {
     FaultsSection: {"blind_deg", "dead_from_s"},
     LidarSection: {
         "pattern", "beams_per_cell", "azimuth_deg", "elevation_deg", "position_m", "attitude_deg",
-        "min_range_m", "max_range_m", "lie", "lies_from_s",
+        "min_range_m", "max_range_m", "field_deg", "spacing_deg", "lie", "lies_from_s",
     },
     TrafficSection: {
         "spawn", "models", "tracker", "follow_movers", "recording", "recording_from",

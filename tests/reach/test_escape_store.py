@@ -25,7 +25,7 @@ def legs_for(automaton: MovementAutomaton) -> Legs:
 
 
 def same(one: FoundWays, other: FoundWays) -> bool:
-    assert one.widest == other.widest
+    assert one.reach == other.widest
     for ways, others in zip(one.ways, other.ways, strict=True):
         for field, a, b in zip(Ways._fields, ways, others, strict=True):
             assert (a.dtype, a.tobytes()) == (b.dtype, b.tobytes()), field
@@ -49,7 +49,7 @@ def test_loaded_equals_searched_bit_for_bit(tmp_path, request):
 @pytest.mark.parametrize("speed_mps", [1.0, 15.0])
 def test_what_ships_serves_every_speed(tmp_path, speed_mps):
     automaton = MovementAutomaton.plane(speed_mps=speed_mps)
-    assert load_or_search(automaton, legs_for(automaton), tmp_path).widest > 0.0
+    assert load_or_search(automaton, legs_for(automaton), tmp_path).reach > 0.0
     assert not list(tmp_path.iterdir())
 
 

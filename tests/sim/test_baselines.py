@@ -127,12 +127,12 @@ def test_an_unknown_planner_says_which_there_are():
 @pytest.mark.parametrize("family", sorted(WORLD_FAMILIES))
 def test_made_worlds_come_from_their_seed_and_leave_room_at_both_ends(family):
     worlds = [made_world(family, seed) for seed in (0, 0, 1)]
-    shapes = [world.shapes.center_m for world, _ in worlds]
+    shapes = [np.array([one.position_m for one in made.world.obstacles]) for made in worlds]
     np.testing.assert_array_equal(shapes[0], shapes[1])
     assert shapes[0].shape != shapes[2].shape or not np.array_equal(shapes[0], shapes[2])
-    for world, mission in worlds:
-        corners = np.concatenate([mission.start.position_m[None], mission.waypoints_m])
-        assert world.distance_m(corners).min() > 1.0
+    for made in worlds:
+        corners = [made.mission.start.position_m, *made.mission.waypoints_m]
+        assert made.world.distance_m(np.array(corners)).min() > 1.0
     assert not np.isinf(setup(f"{family}:1").world.distance_m(np.zeros((1, 3)))).any()
 
 

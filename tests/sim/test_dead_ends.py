@@ -12,9 +12,10 @@ from clearway.base.errors import InputError
 from clearway.missions.world_file import read_mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.sim.clutter import nets
+from clearway.sim.column_fields import forest
 from clearway.sim.dead_ends import cave, closed_tube, dead_end, room, u_shape
 from clearway.sim.world_parts import MadeWorld
-from clearway.sim.worlds import ball_world, forest, maze
+from clearway.sim.worlds import ball_world, maze
 from clearway.studies.campaigns.families import make_case
 from clearway.vehicle.automaton import MovementAutomaton
 from dead_end_flights import case_of, labels, mission_of, solids_of
@@ -51,7 +52,7 @@ def test_straight_flight_ends_in_a_dead_end(label: str) -> None:
 @pytest.mark.parametrize("make", [dead_end, cave, closed_tube, u_shape])
 def test_a_dead_end_is_as_wide_and_as_deep_as_drawn(make: Callable[..., MadeWorld]) -> None:
     for seed in range(6):
-        world, _ = make(seed, width_m=(12.0, 12.0), depth_m=(20.0, 20.0))
+        world, *_ = make(seed, width_m=(12.0, 12.0), depth_m=(20.0, 20.0))
         number, end = next(
             (n, one) for n, one in enumerate(world.obstacles) if one.name in ("back", "end")
         )
@@ -69,14 +70,14 @@ def test_a_dead_end_is_as_wide_and_as_deep_as_drawn(make: Callable[..., MadeWorl
 
 def test_shapes_of_clutter_and_trunks_are_as_asked_for() -> None:
     """Numbers, distances and thickness, as far as a parameter says them."""
-    balls, _ = ball_world(3, (200, 350), 5.0)
+    balls, *_ = ball_world(3, (200, 350), 5.0)
     assert 150 < len(balls.obstacles) <= 350
-    trunks, _ = forest(3, 9.5)
+    trunks, *_ = forest(3, 9.5)
     places = np.array([trunk.position_m for trunk in trunks.obstacles])
     radii = np.array([trunk.radius_m for trunk in trunks.obstacles])
     apart = np.linalg.norm(places[:, None] - places, axis=2) - radii[:, None] - radii
     assert apart[~np.eye(len(radii), dtype=bool)].min() >= 9.5
-    ropes, _ = nets(3, thickness_m=0.1)
+    ropes, *_ = nets(3, thickness_m=0.1)
     assert {rope.radius_m for rope in ropes.obstacles} == {0.05}
 
 
@@ -102,14 +103,14 @@ def test_a_declared_smallest_object_of_nets_is_one_that_the_beams_hold() -> None
     ids=["small door", "wide door", "small rooms", "wide rooms", "u", "dead end"],
 )
 def test_a_free_way_is_there_where_the_doors_are_wide_enough(made: MadeWorld, free: bool) -> None:
-    world, mission = made
+    world, mission, *_ = made
     solids = Solids.of(world.obstacles)
     assert free_way(solids, mission.start.position_m, mission.waypoints_m[-1]).exists == free
 
 
 def test_a_maze_that_faces_its_door_has_no_wall_ahead() -> None:
     for seed in range(6):
-        world, mission = maze(seed, faces_door=True)
+        world, mission, *_ = maze(seed, faces_door=True)
         place, yaw = mission.start.position_m, mission.start.attitude_rad[2]
         ahead = place + 13.0 * np.array([np.cos(yaw), np.sin(yaw), 0.0])
         assert Solids.of(world.obstacles).nearest_on_track_m([place, ahead]) > 0.5

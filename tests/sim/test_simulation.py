@@ -74,7 +74,7 @@ def test_walls_are_flown_round(wall):
     [(3, 1.0), *(pytest.param(*each, marks=pytest.mark.nightly) for each in ((3, 0.0), (77, 1.0)))],
 )
 def test_random_balls_are_passed_with_the_margin(seed, latency):
-    world, to_fly = ball_world(seed)
+    world, to_fly, *_ = ball_world(seed)
     assert flown(world, to_fly, seed=seed, scan_latency_s=latency).safe
 
 

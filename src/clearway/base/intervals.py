@@ -21,6 +21,16 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
     return float(interval.low), float(interval.high)
 
 
+def exact_share(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Clopper and Pearson's exact interval of a share; (0, 1) without any trial."""
+    from scipy.stats import binomtest
+
+    if not trials:
+        return 0.0, 1.0
+    interval = binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    return float(interval.low), float(interval.high)
+
+
 class Interval(NamedTuple):
     """A figure and the interval that holds it with the confidence asked for; NaN without any."""
 

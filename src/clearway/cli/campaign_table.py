@@ -20,6 +20,7 @@ from clearway.studies.campaigns.summary import (
     seconds,
     standings,
 )
+from clearway.studies.campaigns.totals import HEAD, add_up
 
 FAILURES_SHOWN = 20
 AVOIDING = ("safe", "crashed", "lost_margin", "nearest_min_m", "nearest_median_m")
@@ -37,6 +38,7 @@ def summarize_campaign(
         "flights": len(rows),
         "skipped": skipped,
         "table": [_values(standing) for standing in table],
+        "totals": [totals.as_values() for totals in add_up(rows)],
         "not_first": [each._asdict() for each in seconds(rows)],
         "failures": [
             {
@@ -102,11 +104,28 @@ def print_campaign(
     Console(width=185).print(table)
     print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
     print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
+    _print_totals(rows)
     for line in explain_planners(rows):
         print(line)
     for label, why in skipped.items():
         print(f"skipped {label}: {why}")
     _print_failures(rows)
+
+
+def _print_totals(rows: Sequence[FlightRow]) -> None:
+    """What the flights add up to, a line a cell."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for name in HEAD:
+        table.add_column(name, justify="left" if name in HEAD[:2] else "right", no_wrap=True)
+    for totals in add_up(rows):
+        table.add_row(*totals.as_cells())
+    Console(width=185).print(table)
+    print("contact: of the body; margin lost: contacts included; shares with exact 95 % intervals")
+    print("(Clopper-Pearson). time and mean: medians of flights that arrived. top: of all flights.")
 
 
 def _cells(standing: FamilyStanding) -> tuple[str, ...]:

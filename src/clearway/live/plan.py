@@ -228,6 +228,7 @@ class Plan:
         return Commitment(
             self.side,
             held.name if held else "",
+            self._planned_at(now_s),
             passings,
             way,
             under_way,
@@ -237,6 +238,13 @@ class Plan:
             stood=self.stood,
             blind=blind,
         )
+
+    def _planned_at(self, now_s: float) -> tuple[str, ...]:
+        """Movements that the last plan has yet, of a vehicle that goes on with it."""
+        if not self.automaton.has_inertia:
+            return ()
+        entries = self.intended.entries
+        return tuple(e.movement.name for e in entries if e.end_s > now_s + TIME_TOLERANCE_S)
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:
         """What of the way out is left at a time, and in the middle of a movement that movement,

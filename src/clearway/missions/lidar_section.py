@@ -7,12 +7,21 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import NotNegative, Numbers, Point, Positive, values_for
 from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
 from clearway.sim.lying_lidar import LIES, LyingLidar
+
+PATTERN_KEYS = (
+    ("pattern",),
+    ("field_deg", "spacing_deg"),
+    ("beams_per_cell",),
+    ("azimuth_deg", "elevation_deg"),
+)
+"""Ways to say where beams look, of which a sensor has one."""
 
 
 class LidarSection(Section):
@@ -21,7 +30,12 @@ class LidarSection(Section):
     name: str = "lidar"
     """Differs from sensor to sensor."""
     pattern: str | None = None
-    """A sensor by name; otherwise `beams_per_cell`, or lists of angles."""
+    """A sensor by name; otherwise `field_deg`, `beams_per_cell`, or lists of angles."""
+    field_deg: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    """With `spacing_deg`: a field of view, its width and height about straight ahead, with a beam
+    in the middle of every square. A depth camera: [90, 60], a rotating LiDAR: [360, 50]."""
+    spacing_deg: Annotated[float, Field(gt=0.0, le=45.0)] | None = None
+    """From beam to beam in the field of view."""
     beams_per_cell: Annotated[tuple[int, int], Field(strict=False)] | None = None
     """Azimuths and elevations through every column; [20, 10] without any pattern."""
     azimuth_deg: Numbers | None = None
@@ -56,11 +70,19 @@ class LidarSection(Section):
     def _is_one_of_three(self) -> Self:
         if (self.azimuth_deg is None) != (self.elevation_deg is None):
             raise ValueError("azimuth_deg and elevation_deg are needed together")
-        ways = [self.pattern, self.beams_per_cell, self.azimuth_deg]
-        if sum(way is not None for way in ways) > 1:
-            raise ValueError(
-                "give one of pattern, beams_per_cell, or azimuth_deg and elevation_deg"
-            )
+        if (self.field_deg is None) != (self.spacing_deg is None):
+            raise ValueError("field_deg and spacing_deg are needed together")
+        if sum(any(getattr(self, key) is not None for key in way) for way in PATTERN_KEYS) > 1:
+            ways = ", ".join(" and ".join(way) for way in PATTERN_KEYS)
+            raise ValueError(f"give only one of {ways}")
+        if self.field_deg is not None:
+            width, height = self.field_deg
+            least = self.spacing_deg or 0.0
+            if not (least <= width <= 360.0 and least <= height <= 180.0):
+                raise ValueError(
+                    f"field_deg: width and height must be spacing_deg at least, and 360 and 180 at "
+                    f"most, got {list(self.field_deg)}"
+                )
         if self.beams_per_cell is not None and min(self.beams_per_cell) < 1:
             raise ValueError(f"beams_per_cell must be at least [1, 1], got {self.beams_per_cell}")
         if self.azimuth_deg == () or self.elevation_deg == ():
@@ -86,6 +108,13 @@ class LidarSection(Section):
         near, far = self.min_range_m, self.max_range_m or grid.range_m
         if self.pattern is not None:
             return named_pattern(self.pattern)
+        if self.field_deg is not None and self.spacing_deg is not None:
+            azimuth, elevation = (
+                np.radians(spread_evenly(width, self.spacing_deg)) for width in self.field_deg
+            )
+            return BeamPattern.from_angles(
+                azimuth, elevation, name="field of view", min_range_m=near, max_range_m=far
+            )
         if self.azimuth_deg is not None:
             return BeamPattern.from_angles(
                 np.radians(self.azimuth_deg),
@@ -97,3 +126,10 @@ class LidarSection(Section):
         return BeamPattern.per_cell(
             grid, azimuths, elevations_per_cell=elevations, min_range_m=near, max_range_m=far
         )
+
+
+def spread_evenly(width: float, spacing: float) -> FloatArray:
+    """Middles of equal parts of an interval about 0, each as wide as the spacing or less."""
+    parts = max(1, int(np.ceil(width / spacing - 1e-9)))
+    half = 0.5 * width * (1.0 - 1.0 / parts)
+    return np.linspace(-half, half, parts)

@@ -33,7 +33,12 @@ from clearway.missions.mission_sections import (
     VehicleSection,
     VerifySection,
 )
-from clearway.missions.place_sections import MapSection, PointCloudSection, WorldObstacleSection
+from clearway.missions.place_sections import (
+    ColumnsSection,
+    MapSection,
+    PointCloudSection,
+    WorldObstacleSection,
+)
 from clearway.missions.planned import (
     PLANS,
     Notice,
@@ -77,6 +82,7 @@ class MissionFile(Section):
     rules: RulesSection = RulesSection()
     simulation: SimulationSection = SimulationSection()
     faults: FaultsSection = FaultsSection()
+    columns: ColumnsSection | None = None
     point_cloud: PointCloudSection | None = None
     map: MapSection | None = None
     traffic: TrafficSection = TrafficSection()
@@ -290,6 +296,9 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     if mission.map is not None:
         files = tuple(str(at_hand(Path(resolve_beside(path, file)))) for file in mission.map.files)
         mission = mission.changed("map", files=files)
+    if mission.columns is not None and mission.columns.file is not None:
+        file = resolve_beside(path, mission.columns.file)
+        mission = mission.changed("columns", file=file)
     if mission.vehicle.automaton is not None:
         file = resolve_beside(path, mission.vehicle.automaton)
         mission = mission.changed("vehicle", automaton=file)

@@ -337,6 +337,9 @@ class SimulationSection(Section):
     """Of all noise; the same seed flies the same flight."""
     step_s: float = Field(default=0.05, gt=0.0, le=0.05)
     """Step of the true motion."""
+    scan_rate_hz: Positive | None = None
+    """Scans a second of every sensor, between decisions too, at most one a step; default: one with
+    each decision."""
     scan_latency_s: NotNegative = 0.0
     """Age of a scan when it reaches the vehicle."""
     state_noise_mps: NotNegative = 0.0
@@ -351,5 +354,9 @@ class SimulationSection(Section):
     """Standard deviation of the own position as measured; stated to the vehicle."""
     attitude_sigma_deg: NotNegative = 0.0
     """Standard deviation of the own pitch and yaw as measured; stated to the vehicle."""
+    adversary_m: NotNegative = 0.0
+    """Thickness of balls that an adversary puts where the vehicle means to fly and no beam has
+    been: every second one is of this thickness, others are up to five times as thick. 0 for no
+    adversary."""
     time_limit_s: Positive | None = None
     """End of a flight that does not arrive; default: six straight flights and a minute."""

@@ -36,6 +36,7 @@ def refuse_absent_files(file: MissionFile) -> None:
     """Raise an error that names all files of a mission's world and traffic that are not there."""
     named = [] if file.map is None else list(file.map.files)
     named += [] if file.point_cloud is None else [file.point_cloud.file]
+    named += [] if file.columns is None or file.columns.file is None else [file.columns.file]
     named += [] if file.traffic.recording is None else [file.traffic.recording]
     require_files(map(Path, named))
 
@@ -47,13 +48,18 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
     """
     there = [part.to_obstacle() for part in file.obstacle if part.known != "map"]
     charted = [part.to_obstacle() for part in file.obstacle if part.known != "world"]
-    solid = ObstacleMap([*there, *maps.there])
+    parts: list[World] = [ObstacleMap([*there, *maps.there])]
+    notes: tuple[str, ...] = ()
+    if file.columns is not None:
+        columns = file.columns.to_columns()
+        parts += [] if file.columns.known == "map" else [columns]
+        charted += [] if file.columns.known == "world" else columns.charted
+    if file.point_cloud is not None:
+        cloud, notes = _surveyed(file.point_cloud)
+        parts.append(cloud)
     told = ObstacleMap([*charted, *maps.charted], complete_m=_complete_m(file))
-    standing = _standing(file, maps)
-    if file.point_cloud is None:
-        return MissionWorld(solid, told, (), standing)
-    cloud, notes = _surveyed(file.point_cloud)
-    return MissionWorld(CombinedWorld([solid, cloud]), told, notes, standing)
+    there_is = parts[0] if len(parts) == 1 else CombinedWorld(parts)
+    return MissionWorld(there_is, told, notes, _standing(file, maps))
 
 
 def _standing(file: MissionFile, maps: MissionMaps) -> frozenset[Danger]:
@@ -63,6 +69,8 @@ def _standing(file: MissionFile, maps: MissionMaps) -> frozenset[Danger]:
     found = {
         seen if part.known == "world" else charted for part in file.obstacle if part.known != "map"
     }
+    if file.columns is not None and file.columns.known != "map":
+        found.add(charted if file.columns.known == "both" else seen)
     if maps.there:
         found.add(charted if file.map is not None and file.map.known == "both" else seen)
     if file.point_cloud is not None:

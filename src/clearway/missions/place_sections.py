@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from clearway.io.choices import OneOf
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
-from clearway.missions.sections import ObstacleSection, Point, Positive
+from clearway.missions.sections import ObstacleSection, Point, Positive, said
+from clearway.obstacles.columns import Columns
+from clearway.sim.column_fields import COLUMN_WORLDS
 
 
 class WorldObstacleSection(ObstacleSection):
@@ -17,6 +23,49 @@ class WorldObstacleSection(ObstacleSection):
 
     known: Literal["world", "map", "both"] = "world"
     """world: really there, not on the map; map: on the map only, a false positive; both."""
+
+
+Column = Annotated[tuple[float, float, float, float, float], Field(strict=False)]
+
+
+class ColumnsSection(Section):
+    """`[columns]`: upright cylinders, flat at both ends: trees, pillars, masts; one of `file`,
+    `rows_m` and `made` says where they stand."""
+
+    file: str | None = None
+    """A table (.csv) with a header line and columns x, y, radius and height (or z_max) in metres,
+    relative to the mission file. Each stands on height 0."""
+    rows_m: Annotated[tuple[Column, ...], Field(strict=False)] = ()
+    """x, y, radius, lowest and highest height of each."""
+    made: Annotated[str, OneOf(COLUMN_WORLDS)] | None = None
+    """A made-up field of columns, with its ground."""
+    seed: int = Field(default=0, ge=0)
+    """Of what is made up."""
+    ground_m: float | None = None
+    """Height of level ground, which is solid; default: that of what is made up, else none."""
+    known: Literal["world", "map", "both"] = "world"
+    """world: really there, not on the map; map: on the map only; both. On a map the ends of columns
+    are rounded, beyond their heights."""
+
+    @model_validator(mode="after")
+    def _is_one_of_three(self) -> Self:
+        if (self.file is not None) + bool(self.rows_m) + (self.made is not None) > 1:
+            raise ValueError("give one of file, rows_m and made")
+        said(lambda: Columns(self.rows_m))
+        return self
+
+    def to_columns(self) -> Columns:
+        """The columns; raises InputError for a file that cannot be read."""
+        from clearway.io.maps.column_table import read_column_table
+
+        rows: npt.ArrayLike = self.rows_m
+        ground_m = -np.inf
+        made = None if self.made is None else COLUMN_WORLDS[self.made](self.seed).world
+        if isinstance(made, Columns):
+            rows, ground_m = made.rows_m, made.ground_m
+        elif self.file is not None:
+            rows = read_column_table(Path(self.file))
+        return Columns(rows, ground_m=ground_m if self.ground_m is None else self.ground_m)
 
 
 class PointCloudSection(Section):

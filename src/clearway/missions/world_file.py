@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.live.mission import Mission
 from clearway.missions.lidar_section import LidarSection
 from clearway.missions.mission_file import MissionFile, read_mission_file
-from clearway.missions.mission_sections import MissionSection, SimulationSection, VehicleSection
-from clearway.missions.place_sections import WorldObstacleSection
+from clearway.missions.mission_sections import (
+    MissionSection,
+    SafetySection,
+    SimulationSection,
+    VehicleSection,
+)
+from clearway.missions.place_sections import ColumnsSection, WorldObstacleSection
 from clearway.missions.planned import Notice
+from clearway.missions.rule_sections import RulesSection
+from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle import Obstacle
-from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sim.clutter import NET_THICKNESS_M
+from clearway.sim.world_parts import MadeWorld
 from clearway.sim.worlds import WORLD_FAMILIES, made_world
 
 NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
@@ -54,34 +60,39 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
 
 def world_mission(family: str, seed: int) -> MissionFile:
     """The mission file that flies a world of a family; its seed is the simulation's too."""
-    smallest_m = NET_THICKNESS_M if family == "nets" else None
-    return mission_of(*made_world(family, seed), seed, smallest_m)
+    return mission_of(made_world(family, seed), seed)
 
 
-def mission_of(
-    world: ObstacleMap, mission: Mission, seed: int, smallest_object_m: float | None = None
-) -> MissionFile:
-    """The mission file that flies a made world; the seed is that of noise and drop-outs.
-
-    smallest_object_m: what the file declares as the thinnest thing there.
-    """
-    file = MissionFile(
-        mission=MissionSection(
+def mission_of(made: MadeWorld, seed: int) -> MissionFile:
+    """The mission file that flies a made world; the seed is that of noise and drop-outs."""
+    world, mission = made.world, made.mission
+    tables: dict[str, Any] = {
+        "mission": MissionSection(
             name=mission.name,
             waypoints_m=tuple(_point(goal) for goal in mission.waypoints_m),
             reach_radius_m=mission.reach_radius_m,
         ),
-        vehicle=VehicleSection(
+        "vehicle": VehicleSection(
             position_m=_point(mission.start.position_m),
             attitude_deg=_point(np.degrees(mission.start.attitude_rad)),
         ),
-        simulation=SimulationSection(seed=seed),
-        lidar=(NOISE,),
-        obstacle=tuple(_section(obstacle) for obstacle in world.obstacles),
-    )
-    if smallest_object_m is None:
-        return file
-    return file.changed("safety", smallest_object_m=smallest_object_m)
+        "simulation": SimulationSection(seed=seed),
+    }
+    if made.heights_m is not None or made.corridor_m is not None:
+        floor_m, ceiling_m = made.heights_m or (None, None)
+        tables["rules"] = RulesSection(
+            floor_m=floor_m, ceiling_m=ceiling_m, route_m=made.corridor_m
+        )
+    if made.smallest_object_m is not None:
+        tables["safety"] = SafetySection(smallest_object_m=made.smallest_object_m)
+    if isinstance(world, Columns):
+        tables["columns"] = ColumnsSection(
+            rows_m=tuple(tuple(row) for row in world.rows_m.tolist()),
+            ground_m=world.ground_m if np.isfinite(world.ground_m) else None,
+        )
+        return MissionFile(lidar=(NOISE,), **tables)
+    parts = tuple(_section(obstacle) for obstacle in world.obstacles)
+    return MissionFile(lidar=(NOISE,), obstacle=parts, **tables)
 
 
 def _section(obstacle: Obstacle) -> WorldObstacleSection:

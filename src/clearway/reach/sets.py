@@ -13,7 +13,7 @@ from clearway.reach.choose import covering, keep
 from clearway.reach.choose.equivalence import each_way_once
 from clearway.reach.choose.primitives import primitives
 from clearway.reach.choose.select import Select, expanded, merge_sets, tree_of
-from clearway.reach.choose.timed import select_timed
+from clearway.reach.choose.timed import timed_chains
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.tree import ReachSet
@@ -63,11 +63,11 @@ def reach_set_at(
     """As `build_reach_set`, for one of the lattice's start pitches."""
     rest = dict(tuning)
     deep = int(rest.pop("depth", movements_deep(lattice.automaton, grid)))
-    timed = lattice.automaton.has_inertia
-    select = select_timed() if timed else _selection(method, rest)
-    buffers = select(lattice, grid, start_pitch_rad, deep)
-    if not timed:
-        buffers = each_way_once(buffers, lattice, start_pitch_rad)
+    if lattice.automaton.has_inertia:
+        chains = timed_chains(lattice)[lattice.start[start_pitch_rad]]
+        return tree_of(chains, lattice, grid, start_pitch_rad)
+    buffers = _selection(method, rest)(lattice, grid, start_pitch_rad, deep)
+    buffers = each_way_once(buffers, lattice, start_pitch_rad)
     if not len(buffers):
         raise ClearwayError(
             f"reach set {method}: no chain of up to {deep} movements leads through a grid of "

@@ -20,7 +20,7 @@ from clearway.base.cache_folder import cache_folder
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
-from clearway.reach.expand.lattice import Lattice
+from clearway.reach.expand.lattice import APART_RAD, Lattice
 from clearway.reach.expand.trace import trace_reach_set
 from clearway.reach.sets import lattice_for, reach_set_at
 from clearway.reach.tree import ReachSet
@@ -31,7 +31,6 @@ VERSION = 3
 KIND = KeptKind(b"clearway reach\n", VERSION)
 SHIPPED = Path(__file__).parent / "shipped"
 """Libraries of the standard grids, which come with the package."""
-APART_RAD = 1e-12
 _COUNT = struct.Struct("<I")
 
 Progress = Callable[[int, int], None]
@@ -188,9 +187,9 @@ def _built(
 
 
 def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
-    """The same lattice, begun in each class of motion."""
+    """The same lattice, begun after each movement of an automaton that was measured."""
     classes = lattice.automaton.classes
-    if classes is None:
+    if classes is None or classes.has_speeds:
         return (lattice,)
     labels = lattice.pieces.attitude_rad[:, 0]
     numbers = range(len(classes.classes))
@@ -203,7 +202,7 @@ def _told_apart(
 ) -> tuple[ReachSet, ...]:
     """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
     else, whoever keeps them by their start pitch tells them apart."""
-    if automaton.classes is None:
+    if automaton.classes is None or automaton.has_inertia:
         return reach_sets
     return tuple(replace(one, start_pitch_rad=n * APART_RAD) for n, one in enumerate(reach_sets))
 

@@ -22,7 +22,8 @@ from clearway.live.mission import Progress, advanced, news_in_m
 from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
-from clearway.sensors import Lidar, Scanner, scanned
+from clearway.sensors import Lidar, Scan, Scanner, scanned
+from clearway.sim.adversary import Adversary, KeptClear, planned_ways
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.guide import Guide
 from clearway.sim.logbook import Logbook
@@ -104,6 +105,12 @@ class _Flight(Generic[D]):
         self.guide = Guide(system, plant)
         self.progress = Progress()
         self.crashed = False
+        self.adversary = self._adversary()
+        if self.adversary is not None:
+            self.lidars = [self.adversary.watched(sensor) for sensor in lidars]
+        rate_hz = settings.scan_rate_hz
+        self.scan_period_s = None if rate_hz is None else 1.0 / rate_hz
+        self.next_scan_s = start.time_s
         self.free_m = 0.0
         """How far it may fly before it can touch anything."""
         self.same_m = 0.0
@@ -119,8 +126,31 @@ class _Flight(Generic[D]):
                 decisions.add(entry)
                 if on_decision is not None:
                     on_decision(entry, self.progress)
+                self._oppose(entry)
             self._fly_on(self._movement())
         return self._finished(decisions.entries)
+
+    def _adversary(self) -> Adversary | None:
+        """Who puts balls in the way; None for nobody."""
+        thickness_m, seed = self.settings.adversary_m, self.settings.seed
+        if not thickness_m > 0.0:
+            return None
+        planner, mission = self.system.planner, self.mission
+        start_m = planner.settings.start_free_m
+        if start_m is None:
+            start_m = self.automaton.step_m
+        kept = KeptClear(self.margin_m, start_m, mission.reach_radius_m + self.margin_m)
+        places = np.concatenate([mission.start.position_m[None], mission.goals_m])
+        rng = np.random.default_rng([seed, 4])
+        return Adversary(self.world, thickness_m, places, kept, rng)
+
+    def _oppose(self, entry: LoggedDecision[D]) -> None:
+        """Let the adversary put a ball in the way of what was decided."""
+        if self.adversary is None:
+            return
+        ways = list(planned_ways(entry.flight, self.motion.state))
+        if self.adversary.oppose(ways, np.array(self.motion.states)[:, :3]):
+            self.world, self.free_m = self.adversary.world, 0.0
 
     @property
     def _over(self) -> bool:
@@ -147,16 +177,30 @@ class _Flight(Generic[D]):
                 attitude_rad=state.attitude_rad + np.concatenate([[0.0], turned]),
                 attitude_std_rad=settings.attitude_sigma_rad,
             )
-        taken = max(self.mission.start.time_s, now - settings.scan_latency_s)
-        seen_from = state if taken >= now else self.motion.at(taken)
-        world = self._world_at(seen_from.time_s)
-        scans = [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
+        scans = self._scan(now, state) if self._scan_is_due(now) else []
         reports = self.traffic.reports(now) if self.traffic is not None else []
         if settings.faults == NO_FAULTS:
             return [measured, *scans, *reports]
         faulty = [settings.faults.scan(scan, now) for scan in scans]
         heard = [settings.faults.report(report, self.fault_rng) for report in reports]
         return [measured, *(one for one in (*faulty, *heard) if one is not None)]
+
+    def _scan_is_due(self, now: float) -> bool:
+        """Whether sensors scan now; if so, the next scan is put off by their period."""
+        if self.scan_period_s is None:
+            return True
+        if now < self.next_scan_s - 1e-9:
+            return False
+        while self.next_scan_s <= now + 1e-9:
+            self.next_scan_s += self.scan_period_s
+        return True
+
+    def _scan(self, now: float, state: State) -> list[Scan]:
+        """One scan of every sensor, as old as the latency."""
+        taken = max(self.mission.start.time_s, now - self.settings.scan_latency_s)
+        seen_from = state if taken >= now else self.motion.at(taken)
+        world = self._world_at(seen_from.time_s)
+        return [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
 
     def _decided(self, readings: Sequence[Reading]) -> LoggedDecision[D] | None:
         """What the pilot makes of readings, if a decision is due."""
@@ -194,14 +238,16 @@ class _Flight(Generic[D]):
     def _fly_on(self, movement: Movement) -> None:
         """One movement; of a vehicle with inertia a part of one, until it senses again."""
         if not self.automaton.has_inertia:
-            self._fly(self.motion.fly(movement))
+            self._fly(self.motion.fly(movement), movement.duration_s)
             return
         now = self.motion.now_s
         self.guide.movement_at(now, movement, self.motion.movements)
-        self._fly(self.motion.follow(self.guide.asked_from(now), self.guide.part_s))
+        part_s = self.guide.part_s
+        self._fly(self.motion.follow(self.guide.asked_from(now), part_s), part_s)
 
-    def _fly(self, steps: Iterator[None]) -> None:
-        """Take steps; stops early at the last goal, or in an obstacle."""
+    def _fly(self, steps: Iterator[None], lasts_s: float) -> None:
+        """Take steps that last so long; stops early at the last goal, or in an obstacle."""
+        ends_s = self.motion.now_s + lasts_s
         states = self.motion.states
         x, y, z, *_ = states[-1].tolist()
         for _ in steps:
@@ -220,6 +266,19 @@ class _Flight(Generic[D]):
                 self._advance(states[-1][:3])
                 if self.progress.done(self.mission):
                     return
+            if self.scan_period_s is not None and self.next_scan_s < ends_s - 1e-9:
+                self._look_about()
+
+    def _look_about(self) -> None:
+        """Tell the pilot what a scan shows in the middle of a movement, if one is due."""
+        now = self.motion.now_s
+        if now < self.next_scan_s - 1e-9:
+            return
+        for reading in self._sense():
+            self.system.update(reading)
+        system: object = self.system
+        if isinstance(system, AvoidanceSystem):
+            system.catch_up(now)
 
     def _advance(self, place: FloatArray) -> None:
         """Progress up to a place [3]."""
@@ -270,6 +329,7 @@ class _Flight(Generic[D]):
             progress=self.progress,
             metrics=measure_flight(times, states, self.world, nominal, margin, intruders, straight),
             safety_margin_m=margin,
+            body_radius_m=self.system.planner.settings.body_radius_m,
             seed=self.settings.seed,
             intruder_tracks={
                 name: np.array([[time, *place] for time, place in track])

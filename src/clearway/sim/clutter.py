@@ -30,7 +30,7 @@ def mixed(seed: int, shapes: tuple[int, int] = MIXED_COUNTS) -> MadeWorld:
         reach = float(np.linalg.norm(thing.half_m)) + thing.radius_m
         if roomy(mission, thing.position_m, reach):
             things.append(thing)
-    return ObstacleMap(things), mission
+    return MadeWorld(ObstacleMap(things), mission)
 
 
 def _any_shape(rng: np.random.Generator, at: np.ndarray, name: str) -> Obstacle:
@@ -67,7 +67,8 @@ def nets(seed: int, gap_m: Span = NET_GAPS_M, thickness_m: float = NET_THICKNESS
         ropes += placed(_net(rng, 0.5 * thickness_m), center, attitude)
         x += drawn(rng, gap_m)
     far = x + 5.0
-    return ObstacleMap(ropes), leg(f"nets-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0))
+    mission = leg(f"nets-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0))
+    return MadeWorld(ObstacleMap(ropes), mission, smallest_object_m=thickness_m)
 
 
 def _net(rng: np.random.Generator, radius: float) -> list[Obstacle]:

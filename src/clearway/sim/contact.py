@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
 from clearway.obstacles.world import CombinedWorld, World
@@ -17,4 +18,7 @@ def what_stands(world: World | None, place_m: FloatArray) -> str:
         return what_stands(world.worlds[int(np.argmin(away_m))], place_m)
     if isinstance(world, ObstacleMap):
         return world.label(int(world.nearest(place_m[None])[1][0]))
+    if isinstance(world, Columns):
+        number = int(world.nearest(place_m[None])[1][0])
+        return "the ground" if number < 0 else world.obstacles[number].name
     return "a surveyed point" if isinstance(world, PointWorld) else "an obstacle"

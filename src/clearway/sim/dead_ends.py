@@ -109,9 +109,9 @@ def closed_street(
     across = (6.0, width + 10.0, TALL_M)
     parts.append(Obstacle.cuboid((depth + 3.0, 0.0, 0.0), across, name="end"))
     ground_m = -STREET_HEIGHT_M
-    world, mission = _on_the_way(f"closed-street-{seed}", rng, parts, width, depth + 6.0)
+    made = _on_the_way(f"closed-street-{seed}", rng, parts, width, depth + 6.0)
     ground = Obstacle.cuboid((40.0, 0.0, ground_m - 1.0), (300.0, 300.0, 2.0), name="ground")
-    return ObstacleMap([*world.obstacles, ground]), mission
+    return made._replace(world=ObstacleMap([*made.world.obstacles, ground]))
 
 
 def closed_tube(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeWorld:
@@ -151,7 +151,7 @@ def u_shape(seed: int, width_m: Span = U_WIDTHS_M, depth_m: Span = U_DEPTHS_M) -
     # About the start, which so keeps its room.
     parts = placed(placed(parts, back, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
     far = ahead + 0.5 * width + BEYOND_M
-    return ObstacleMap(parts), leg(f"u-shape-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0))
+    return MadeWorld(ObstacleMap(parts), leg(f"u-shape-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
 
 def room(seed: int, width_m: Span = DOOR_WIDTHS_M, depth_m: Span = ROOM_SIDES_M) -> MadeWorld:
@@ -181,7 +181,7 @@ def room(seed: int, width_m: Span = DOOR_WIDTHS_M, depth_m: Span = ROOM_SIDES_M)
     turned = float(rng.uniform(-TURNED_RAD, TURNED_RAD))
     parts = placed(placed(parts, center, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
     far = 2.0 * float(half.max()) + BEYOND_M
-    return ObstacleMap(parts), leg(f"room-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0))
+    return MadeWorld(ObstacleMap(parts), leg(f"room-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
 
 def _on_the_way(
@@ -203,4 +203,4 @@ def _on_the_way(
     mouth[0] += 0.5 * width * abs(float(np.sin(turned)))
     far = float(mouth[0]) + depth + 0.25 * width + BEYOND_M
     world = ObstacleMap(placed(parts, mouth, (0.0, pitch, turned)))
-    return world, leg(name, (0.0, 0.0, 0.0), (far, 0.0, 0.0))
+    return MadeWorld(world, leg(name, (0.0, 0.0, 0.0), (far, 0.0, 0.0)))

@@ -60,6 +60,8 @@ class Run(Generic[D]):
     metrics: FlightMetrics
     safety_margin_m: float
     seed: int
+    body_radius_m: float = 0.0
+    """Distance from the centre within which the vehicle is."""
     intruder_tracks: dict[str, FloatArray] = field(default_factory=dict)
     """[n, 4] time and true position of each intruder, from its appearance on."""
     corrections: int = 0
@@ -108,6 +110,22 @@ class Run(Generic[D]):
         """Time of the first contact: in an obstacle, which ends a flight, or an intruder's body."""
         contact = self.nearest_surface_m <= 0.0
         return float(self.time_s[np.argmax(contact)]) if contact.any() else None
+
+    @property
+    def touched(self) -> bool:
+        """Whether the body of the vehicle touched an obstacle or an intruder's body."""
+        return bool(np.any(self.nearest_surface_m <= self.body_radius_m))
+
+    @property
+    def mean_mps(self) -> float:
+        """Mean speed over the ground and up, along the way flown."""
+        return self.metrics.path_length_m / max(self.metrics.time_s, 1e-9)
+
+    @property
+    def top_mps(self) -> float:
+        """Greatest speed between two times of the track."""
+        steps = np.linalg.norm(np.diff(self.states[:, :3], axis=0), axis=1)
+        return float(np.max(steps / np.diff(self.time_s), initial=0.0))
 
     @property
     def nearest_surface_m(self) -> FloatArray:
@@ -277,6 +295,8 @@ METRICS: Variants[Metric] = Variants(
         ),
         "time_s": Metric("Time flown.", lambda run: round(run.metrics.time_s, 6)),
         "path_length_m": Metric("Length flown.", lambda run: round(run.metrics.path_length_m, 6)),
+        "mean_mps": Metric("Mean speed.", lambda run: round(run.mean_mps, 6)),
+        "top_mps": Metric("Greatest speed.", lambda run: round(run.top_mps, 6)),
         "min_obstacle_distance_m": Metric(
             "Smallest distance to an obstacle's surface.",
             lambda run: rounded(run.metrics.min_obstacle_distance_m),
@@ -289,6 +309,10 @@ METRICS: Variants[Metric] = Variants(
             "How near straight flight would have come to one.", _straight_flight
         ),
         "safety_margin_m": Metric("Margin to keep.", lambda run: run.safety_margin_m),
+        "touched": Metric(
+            "Whether the vehicle's body touched an obstacle or an intruder.",
+            lambda run: run.touched,
+        ),
         "margin_violations": Metric(
             "Episodes below it.", lambda run: run.metrics.margin_violations
         ),

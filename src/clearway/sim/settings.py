@@ -26,6 +26,8 @@ class SimulationSettings:
     seed: int = 0
     step_s: float = LARGEST_STEP_S
     _: KW_ONLY
+    scan_rate_hz: float | None = None
+    """Scans a second of every sensor, between decisions too; None for one with each decision."""
     scan_latency_s: float = 0.0
     """Age of a scan when it reaches the system."""
     state_noise_mps: float = 0.0
@@ -42,6 +44,9 @@ class SimulationSettings:
     """Standard deviation of the own pitch and yaw as measured, stated to the system."""
     time_limit_s: float | None = None
     """None allows six times the straight flight and a minute."""
+    adversary_m: float = 0.0
+    """Thickness of balls that an adversary puts in the way, least, where no beam has been; 0 for no
+    adversary."""
     faults: Faults = NO_FAULTS
 
     __repr__ = brief
@@ -49,6 +54,12 @@ class SimulationSettings:
     def __post_init__(self) -> None:
         if not 0.0 < self.step_s <= LARGEST_STEP_S:
             raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
+        if self.scan_rate_hz is not None and not 0.0 < self.scan_rate_hz <= 1.0 / self.step_s:
+            most = 1.0 / self.step_s
+            raise ClearwayError(
+                f"scan_rate_hz: must be within (0, {most:g}], at most one a step_s, "
+                f"got {self.scan_rate_hz}"
+            )
         noises = (
             "state_noise_mps",
             "input_noise",
@@ -56,7 +67,7 @@ class SimulationSettings:
             "position_sigma_m",
             "attitude_sigma_rad",
         )
-        for name in ("scan_latency_s", *noises):
+        for name in ("scan_latency_s", "adversary_m", *noises):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(f"{name}: must be a number >= 0, got {getattr(self, name)}")
         if not np.all(np.isfinite(self.wind_mps)):

@@ -4,26 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, attitude_from_rotation, world_from_body
 from clearway.base.state import State
 from clearway.live.mission import Mission
+from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.obstacles.world import World
 
-MadeWorld = tuple[ObstacleMap, Mission]
-MakeWorld = Callable[[int], MadeWorld]
-"""From a seed."""
 Span = tuple[float, float]
 """Least and greatest, between which a seed draws."""
 
+
+class MadeWorld(NamedTuple):
+    """A made-up world and the flight through it."""
+
+    world: ObstacleMap | Columns
+    mission: Mission
+    heights_m: Span | None = None
+    """Lowest and highest height to fly at; None for any."""
+    corridor_m: float | None = None
+    """Half the width of what is flown in about the straight way; None for any."""
+    smallest_object_m: float | None = None
+    """Thickness of the thinnest thing, where that is declared."""
+
+
+MakeWorld = Callable[[int], MadeWorld]
+"""From a seed."""
 TALL_M = 200.0
 """Height of what shall not be flown over or under."""
 ROOM_M = 5.0
 """Around start and waypoints, where nothing is put: a turning radius and its margin."""
+CLEAR_M = 1.2
+"""Nothing stands so near a start or goal that is drawn at random."""
+MOST_DRAWN = 1000
 WALL_M = 0.5
 """Thickness of walls."""
 AWAY_M = 100.0
@@ -71,7 +91,7 @@ def placed(
 def anywhere(made: MadeWorld, seed: int) -> MadeWorld:
     """Return a world and its mission moved and turned at random, by the seed: what stands where,
     seen from the start, stays the same. Nothing begins at whole metres, or along an axis."""
-    world, mission = made
+    world, mission = made.world, made.mission
     rng = np.random.default_rng([seed, 60])
     shift_m, yaw_rad = rng.uniform(-AWAY_M, AWAY_M, 3), float(rng.uniform(-np.pi, np.pi))
     turn = world_from_body((0.0, 0.0, yaw_rad))
@@ -87,7 +107,64 @@ def anywhere(made: MadeWorld, seed: int) -> MadeWorld:
         ),
         waypoints_m=shift_m + mission.waypoints_m @ turn.T,
     )
-    return ObstacleMap(placed(world.obstacles, shift_m, (0.0, 0.0, yaw_rad))), moved
+    if isinstance(world, Columns):
+        there: ObstacleMap | Columns = world.moved(shift_m, yaw_rad)
+    else:
+        there = ObstacleMap(placed(world.obstacles, shift_m, (0.0, 0.0, yaw_rad)))
+    heights = made.heights_m
+    if heights is not None:
+        heights = heights[0] + float(shift_m[2]), heights[1] + float(shift_m[2])
+    return made._replace(world=there, mission=moved, heights_m=heights)
+
+
+class RandomEnds(NamedTuple):
+    """How start and goals of a flight are moved at random."""
+
+    aside_m: float
+    """How far across the straight way at most, and half as far along it; to any height that is
+    flown."""
+    any_heading: bool
+    """Whether the start is turned at random too."""
+
+
+def scatter_ends(
+    mission: Mission, world: World, heights_m: Span | None, ends: RandomEnds, seed: int
+) -> Mission:
+    """Move start and goals at random, by the seed: each to a place that nothing stands about.
+
+    Raises ClearwayError where no place is free.
+    """
+    rng, start = np.random.default_rng([seed, 64]), mission.start
+    places = np.concatenate([start.position_m[None], mission.waypoints_m])
+    if ends.aside_m > 0.0:
+        way = places[-1, :2] - places[0, :2]
+        along = way / max(float(np.linalg.norm(way)), 1e-9)
+        across = np.array([-along[1], along[0]])
+        axes = ends.aside_m * np.stack([0.5 * along, across])
+        places = np.array([_free_place(world, place, axes, heights_m, rng) for place in places])
+    roll, pitch, yaw = start.attitude_rad.tolist()
+    if ends.any_heading:
+        yaw = float(rng.uniform(-np.pi, np.pi))
+    begin = replace(start, position_m=places[0], attitude_rad=np.array([roll, pitch, yaw]))
+    return replace(mission, start=begin, waypoints_m=places[1:])
+
+
+def _free_place(
+    world: World,
+    place_m: FloatArray,
+    axes_m: FloatArray,
+    heights_m: Span | None,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """A place [3] near another, along level axes [2, 2], that nothing stands about."""
+    low, high = heights_m or (place_m[2], place_m[2])
+    spare = min(CLEAR_M, 0.4 * (high - low))
+    for _ in range(MOST_DRAWN):
+        x, y = place_m[:2] + rng.uniform(-1.0, 1.0, 2) @ axes_m
+        there = np.array([x, y, rng.uniform(low + spare, high - spare)])
+        if float(world.distance_m(there[None])[0]) > min(CLEAR_M, spare or CLEAR_M):
+            return there
+    raise ClearwayError(f"world: no free place near {place_m.tolist()}")
 
 
 def roomy(mission: Mission, place_m: FloatArray, radius_m: float, room_m: float = ROOM_M) -> bool:

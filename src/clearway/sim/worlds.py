@@ -20,6 +20,7 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.clutter import mixed, nets
+from clearway.sim.column_fields import COLUMN_WORLDS
 from clearway.sim.dead_ends import (
     cave,
     closed_street,
@@ -49,8 +50,11 @@ BALL_LEG_M = 60.0
 BALL_DENSITIES = (30, 60, 100, 140, 190, 240)
 """Balls in the box of the six families; radii as everywhere, so 2 to 18 % of its volume."""
 STREET_HEIGHT_M = 8.0
-TRUNKS_APART_M = 2.5
 WALL_GAPS_M: Span = (4.0, 6.0)
+WALLS = 3
+GAPS_ASIDE_M = 10.0
+POCKET_DEPTHS_M: Span = (5.0, 9.0)
+POCKET_WIDTHS_M: Span = (9.0, 13.0)
 MAZE_ROOMS_M: Span = (14.0, 14.0)
 
 
@@ -78,28 +82,11 @@ def ball_world(
         for number, (center, radius) in enumerate(zip(centers, radii, strict=True))
         if roomy(mission, center, float(radius), room_m)
     ]
-    return ObstacleMap(obstacles), mission
+    return MadeWorld(ObstacleMap(obstacles), mission)
 
 
 def _number(rng: np.random.Generator, between: tuple[int, int]) -> int:
     return int(rng.integers(between[0], between[1] + 1))
-
-
-def forest(seed: int, apart_m: float = TRUNKS_APART_M) -> MadeWorld:
-    """Trunks that cannot be flown over, 2.5 m apart or more, in front of a leg of 60 m."""
-    rng = np.random.default_rng([seed, 21])
-    mission = leg(f"forest-{seed}", (-5.0, 0.0, 0.0), (55.0, 0.0, 0.0))
-    trunks: list[Obstacle] = []
-    places = np.zeros((0, 3))
-    for number in range(400):
-        x, y = rng.uniform([0.0, -18.0], [50.0, 18.0])
-        radius = float(rng.uniform(0.2, 0.7))
-        place = np.array([x, y, radius])
-        gaps = np.linalg.norm(places[:, :2] - place[:2], axis=1) - places[:, 2] - radius
-        if np.all(gaps >= apart_m) and roomy(mission, place[:2], radius):
-            places = np.concatenate([places, place[None]])
-            trunks.append(upright(x, y, radius, f"trunk {number}"))
-    return ObstacleMap(trunks), mission
 
 
 def street(seed: int) -> MadeWorld:
@@ -124,7 +111,8 @@ def street(seed: int) -> MadeWorld:
     streets.append(Obstacle.cuboid((40.0, 40.0, -1.0), (200.0, 200.0, 2.0), name="ground"))
     places = np.column_stack([corners, np.full(4, STREET_HEIGHT_M)])
     start_state = State(places[0], np.array([0.0, 0.0, 0.5 * np.pi]))
-    return ObstacleMap(streets), Mission(f"street-{seed}", start_state, waypoints_m=places[1:])
+    mission = Mission(f"street-{seed}", start_state, waypoints_m=places[1:])
+    return MadeWorld(ObstacleMap(streets), mission)
 
 
 def _blocks(rng: np.random.Generator) -> list[tuple[FloatArray, FloatArray]]:
@@ -169,35 +157,52 @@ def wires(seed: int) -> MadeWorld:
             obstacles.append(
                 Obstacle.line_between(a, b, radius_m=radius, name=f"wire {row} {number}")
             )
-    return ObstacleMap(obstacles), leg(f"wires-{seed}", (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
+    return MadeWorld(
+        ObstacleMap(obstacles), leg(f"wires-{seed}", (0.0, 0.0, 0.0), (60.0, 0.0, 0.0))
+    )
 
 
-def walls(seed: int, gap_m: Span = WALL_GAPS_M) -> MadeWorld:
-    """Three walls across the way, each with one gap of 4 to 6 m somewhere else."""
+def walls(
+    seed: int, gap_m: Span = WALL_GAPS_M, walls: int = WALLS, aside_m: float = GAPS_ASIDE_M
+) -> MadeWorld:
+    """Walls across the way, 18 m apart, each with one gap of 4 to 6 m somewhere else.
+
+    aside_m: how far gaps lie from the straight way, at most.
+    """
     rng = np.random.default_rng([seed, 24])
     parts = []
-    for number, x in enumerate((15.0, 33.0, 51.0)):
-        middle, gap = float(rng.uniform(-10.0, 10.0)), drawn(rng, gap_m)
+    for number in range(walls):
+        x = 15.0 + 18.0 * number
+        middle, gap = float(rng.uniform(-aside_m, aside_m)), drawn(rng, gap_m)
         for side in (-1.0, 1.0):
             inner, outer = middle + side * 0.5 * gap, side * 30.0
             center = (x, 0.5 * (inner + outer), 0.0)
             size = (0.5, abs(outer - inner), TALL_M)
             parts.append(Obstacle.cuboid(center, size, name=f"wall {number}"))
-    return ObstacleMap(parts), leg(f"walls-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
+    far = 18.0 * walls + 11.0
+    return MadeWorld(ObstacleMap(parts), leg(f"walls-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
 
-def pockets(seed: int) -> MadeWorld:
-    """Dead ends open towards the vehicle: a back wall and two sides, twice on the way."""
+def pockets(
+    seed: int, depth_m: Span = POCKET_DEPTHS_M, width_m: Span = POCKET_WIDTHS_M
+) -> MadeWorld:
+    """Dead ends open towards the vehicle: a back wall and two sides, twice on the way.
+
+    The farther apart, the deeper they may be.
+    """
     rng = np.random.default_rng([seed, 25])
     parts = []
-    for number, x in enumerate((18.0, 45.0)):
-        depth, width = float(rng.uniform(5.0, 9.0)), float(rng.uniform(9.0, 13.0))
+    deepest = depth_m[1]
+    for number in range(2):
+        x = 9.0 + deepest + (18.0 + deepest) * number
+        depth, width = drawn(rng, depth_m), drawn(rng, width_m)
         middle = float(rng.uniform(-3.0, 3.0))
         parts.append(Obstacle.cuboid((x, middle, 0.0), (0.5, width, TALL_M), name=f"back {number}"))
         for side in (-0.5, 0.5):
             center = (x - 0.5 * depth, middle + side * width, 0.0)
             parts.append(Obstacle.cuboid(center, (depth, 0.5, TALL_M), name=f"side {number}"))
-    return ObstacleMap(parts), leg(f"pockets-{seed}", (0.0, 0.0, 0.0), (65.0, 0.0, 0.0))
+    far = 2.0 * deepest + 47.0
+    return MadeWorld(ObstacleMap(parts), leg(f"pockets-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
 
 def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) -> MadeWorld:
@@ -221,13 +226,13 @@ def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) ->
     shut = any(np.array_equal(a, [1.0, 0.0]) and np.array_equal(b, [1.0, 1.0]) for a, b in parts)
     yaw = 0.5 * np.pi if faces_door and shut else 0.0
     mission = leg(f"maze-{seed}", (start, start, 0.0), (end, far, 0.0), (0.0, 0.0, yaw))
-    return ObstacleMap(obstacles), mission
+    return MadeWorld(ObstacleMap(obstacles), mission)
 
 
 WORLD_FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
     {
         **{f"balls-{count}": partial(ball_world, balls=count) for count in BALL_DENSITIES},
-        "forest": forest,
+        **COLUMN_WORLDS,
         "street": street,
         "wires": wires,
         "walls": walls,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -47,6 +47,8 @@ class Commitment:
     side: Side = Side.STRAIGHT
     first_movement: str = ""
     """The movement that the last plan has next."""
+    planned: tuple[str, ...] = ()
+    """All movements that the last plan has yet."""
     passings: tuple[Passing, ...] = ()
     """Intruders that are being passed, each on its side."""
     way_out: WayOut | None = None
@@ -136,6 +138,8 @@ def price_candidates(
     reach_set, step_m = prepared.reach_set, prepared.step_m
     arrived = arrival(reach_set, goal, prepared.reach_m, route)
     ends = complete_ends(prepared, goal, arrived)
+    if before.planned:
+        arrived = replace(arrived, planned=reach_set.node_of(before.planned))
     to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)
     if np.shape(to_go_m) != ends.nodes.shape:
         raise ClearwayError(

@@ -124,6 +124,8 @@ def time_to_go_m(
     else:
         to_go_s = _time_by_route(reach_set.states, nodes, at, arrived.reached, goal, able, route)
     brief = (reach_set.depth.max() - reach_set.depth[nodes]).astype(np.float64)
+    # What was planned a movement ago goes on, if nothing is better.
+    brief[(nodes == arrived.planned) & (brief == 1.0)] = 0.0
     cost: FloatArray = able.fastest_mps * to_go_s + BRIEF_M * brief
     return cost
 

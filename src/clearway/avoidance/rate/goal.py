@@ -46,6 +46,8 @@ class Arrival:
     """How far from the vehicle its paths lead; none comes to a goal that is farther."""
     route: PlacedRoute | None = None
     """The time to go round what is known, where that is kept."""
+    planned: int = -1
+    """The node to which the rest of the last plan leads; -1 where there is none."""
 
     __repr__ = brief
 

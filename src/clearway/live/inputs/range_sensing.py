@@ -70,7 +70,17 @@ def free_space_for(
 
 def _start_free_m(planner: Planner) -> float:
     declared_m = planner.settings.start_free_m
-    return planner.automaton.step_m if declared_m is None else declared_m
+    return start_room_m(planner) if declared_m is None else declared_m
+
+
+def start_room_m(planner: Planner) -> float:
+    """How far about the start counts as free unasked: as far as a movement leads; of a vehicle with
+    inertia, which begins at rest, what its body and its margin take."""
+    automaton, settings = planner.automaton, planner.settings
+    if automaton.classes is None or not automaton.has_inertia:
+        return automaton.step_m
+    tube_m = float(automaton.classes.class_tube_m[automaton.classes.first])
+    return settings.body_radius_m + settings.safety_margin_m + tube_m
 
 
 class RangeSensing:

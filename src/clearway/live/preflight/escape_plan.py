@@ -21,7 +21,7 @@ from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.inputs.range_sensing import voxel_m
+from clearway.live.inputs.range_sensing import start_room_m, voxel_m
 from clearway.live.preflight.doubts import are_level, over_drop_outs, over_unsure, over_wide_margin
 from clearway.live.preflight.straight_trial import ORIGIN, settles, start_ball_m, with_start_ball
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -194,6 +194,8 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
             Escape.KNOWN,
             f"{unmapped}no range sensor sees what is free: no guarantee",
         )
+    if planner.automaton.has_inertia and planner.settings.start_free_m is None:
+        return _from_rest(planner, library, sensors, start, unmapped)
     after = settles(planner, library, sensors, start)
     if after is None:
         past_blind = _past_blind(planner, sensors, start)
@@ -203,7 +205,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
         return EscapePlan(asked, Escape.KNOWN, why)
     more, start_free_m = "", None
     if planner.automaton.can_stop:
-        declared_m, step_m = planner.settings.start_free_m, planner.automaton.step_m
+        declared_m, step_m = planner.settings.start_free_m, start_room_m(planner)
         needed_m = _start_ball_of(planner, library, sensors, start)
         would = "no ball about the start would do, a wider field of view may"
         if needed_m < np.inf:
@@ -232,6 +234,32 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
     )
 
 
+def _from_rest(
+    planner: Planner,
+    library: EscapeLibrary,
+    sensors: tuple[AnySensor, ...],
+    start: State,
+    unmapped: str,
+) -> EscapePlan:
+    """Of a vehicle with inertia: it begins at rest, and leaves once it sees where it can stop."""
+    asked, room_m = planner.settings.escape, start_room_m(planner)
+    needed_m = _start_ball_of(planner, library, sensors, start)
+    if needed_m > WIDER_START * room_m:
+        why = unmapped + _what_lacks(planner, library, sensors, start)
+        return EscapePlan(asked, Escape.KNOWN, why)
+    more = ""
+    if needed_m > room_m:
+        more = f"; {FARTHER}: {needed_m:.3g} m about the start count as free"
+    return EscapePlan(
+        asked,
+        Escape.STRICT,
+        f"{unmapped}every decision keeps an escape that brakes to rest within space seen to be "
+        f"free{_over_drift(planner)}{more}",
+        within=0,
+        start_free_m=needed_m,
+    )
+
+
 def _past_blind(
     planner: Planner, sensors: tuple[AnySensor, ...], start: State
 ) -> EscapePlan | None:
@@ -245,9 +273,9 @@ def _past_blind(
         if one.pattern.min_range_m > 0.0
     ]
     declared_m = settings.start_free_m
-    least_m = planner.automaton.step_m if declared_m is None else declared_m
+    least_m = start_room_m(planner) if declared_m is None else declared_m
     needed_m = max(blind_m, default=0.0)
-    most_m = max(WIDER_START * planner.automaton.step_m, least_m)
+    most_m = max(WIDER_START * start_room_m(planner), least_m)
     if not least_m < needed_m <= most_m:
         return None
     wider, library = with_start_ball(planner, needed_m), planner.escapes

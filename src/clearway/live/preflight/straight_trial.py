@@ -20,7 +20,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray, compute_rotation, measure_length
 from clearway.base.state import State
-from clearway.live.inputs.range_sensing import free_space_for, voxel_m
+from clearway.live.inputs.range_sensing import free_space_for, start_room_m, voxel_m
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.observed.free_space import FreeSpace
@@ -87,7 +87,7 @@ def start_ball_m(planner: Planner, library: EscapeLibrary, sensors: Sequence[Any
         no ball within the range of the grid will do.
     """
     declared_m, range_m = planner.settings.start_free_m, planner.grid.range_m
-    least_m = planner.automaton.step_m if declared_m is None else declared_m
+    least_m = start_room_m(planner) if declared_m is None else declared_m
     wide_m = voxel_m(planner.settings.safety_margin_m, range_m)
     starts, winds, failed = _some_starts(wide_m), _winds(planner), 0
     for ball_m in takewhile(lambda r: r <= max(range_m, least_m), count(least_m, FINER * wide_m)):
@@ -173,29 +173,48 @@ class _Trial:
             return None
         return int(np.argmax(np.where(ahead, ends[:, 0], -np.inf)))
 
-    @cached_property
-    def onward(self) -> list[int]:
+    def straight_from(self, state: State) -> list[int]:
+        """Movements straight on from a state, the farthest first: of a vehicle with inertia all,
+        since it flies as fast as it sees; of others the one that is flown on and on."""
+        if not self.library.automaton.has_inertia:
+            return [] if self.straight is None else [self.straight]
+        legs, at = self.library.legs, self._attitude(state)
+        ends = legs.path[at, :, -1]
+        ahead = (legs.following[at] >= 0) & (np.abs(ends[:, 1:]) < 1e-9).all(axis=1)
+        found = np.flatnonzero(ahead & (ends[:, 0] > 0.0))
+        farthest: list[int] = found[np.argsort(-ends[found, 0], kind="stable")].tolist()
+        return farthest
+
+    def onward_from(self, state: State) -> list[int]:
         """The movements that lead ahead."""
-        return np.flatnonzero(self.library.legs.path[0, :, -1, 0] > 0.0).tolist()
+        at = self._attitude(state) if self.library.automaton.has_inertia else 0
+        return np.flatnonzero(self.library.legs.path[at, :, -1, 0] > 0.0).tolist()
+
+    def _attitude(self, state: State) -> int:
+        roll, pitch, _ = state.attitude_rad.tolist()
+        return self.library.nearest(roll, pitch)
 
 
 def _settled(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
     """As `settles`, in one wind, within so many movements."""
-    planner, straight = trial.planner, trial.straight
-    if straight is None:
+    planner, state = trial.planner, trial.begins(start)
+    straight = trial.straight_from(state)
+    if not straight:
         return None
-    state, free = trial.begins(start), free_space_for(planner, start.position_m)
-    moved_m = measure_length(trial.flown(state, straight).position_m - state.position_m)
+    free = free_space_for(planner, start.position_m)
+    moved_m = measure_length(trial.flown(state, straight[0]).position_m - state.position_m)
     reach_m = planner.grid.range_m + planner.escape_reach_m
     all_seen = SETTLED + int(np.ceil(2.0 * reach_m / max(moved_m, 1e-9)))
     most, held = min(most, all_seen), 0
     for at in range(most):
-        held = held + 1 if trial.look(free, state).after(straight) is not None else 0
+        ways, straight = trial.look(free, state), trial.straight_from(state)
+        flown = next((m for m in straight if ways.after(m) is not None), None)
+        held = 0 if flown is None else held + 1
         if held == SETTLED:
             return at + 1 - SETTLED
-        if at - held + SETTLED >= most:
+        if at - held + SETTLED >= most or (flown is None and planner.automaton.has_inertia):
             return None
-        state = trial.flown(state, straight)
+        state = trial.flown(state, straight[0] if flown is None else flown)
     return None
 
 
@@ -204,7 +223,8 @@ def _leaves(trial: _Trial, start: State, first: int) -> bool:
     first movements lead; first: the number of the first one of those."""
     if _settled(trial, start, SETTLED) != 0:
         return False
-    here, onward = trial.begins(start), trial.onward
+    here = trial.begins(start)
+    onward = trial.onward_from(here)
     free = free_space_for(trial.planner, start.position_m)
     ways = trial.look(free, here)
     for number in range(first, first + FIRSTS):
@@ -213,8 +233,9 @@ def _leaves(trial: _Trial, start: State, first: int) -> bool:
             continue
         free = free_space_for(trial.planner, start.position_m)
         trial.look(free, here)
-        there = trial.look(free, trial.flown(here, movement))
-        if all(there.after(next_one) is None for next_one in onward):
+        state = trial.flown(here, movement)
+        there = trial.look(free, state)
+        if all(there.after(next_one) is None for next_one in trial.onward_from(state)):
             return False
     return True
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2, Ints, Ints2
 from clearway.base.compiled import compiled
-from clearway.live.routing.marching import Levels
+from clearway.live.routing.route_levels import Levels
 
 BITS = 21
 """Of a voxel's number along each axis."""
@@ -25,8 +25,6 @@ OTHER = 10
 """Centimetres by which a point has to count nearer or less near to count as another one."""
 GONE = -2
 """In place of the voxel of a point that vanished."""
-BARRED_M = -1e9
-"""Clearance where rules forbid to fly."""
 
 
 class KnownPoints(NamedTuple):
@@ -41,22 +39,6 @@ class KnownPoints(NamedTuple):
     """[capacity, 4] world frame, and how much nearer it counts; -1 for one that vanished."""
     counts: Ints
     """[2] points kept, those that vanished included; and those that vanished."""
-
-
-class SpeedRule(NamedTuple):
-    """How fast the way on from a cell is, by the clearance there."""
-
-    margin_m: float
-    """Nothing leads nearer to anything."""
-    wide_m: float
-    """From that clearance on the vehicle is as fast as it can be."""
-    slow_mps: float
-    """Speed at the margin."""
-    fast_mps: float
-    porous_mps: float
-    """Speed in cells too coarse to tell whether something can be passed."""
-    exact_levels: int
-    """The finest so many levels tell."""
 
 
 @compiled
@@ -160,7 +142,7 @@ def mark_points(
     levels: Levels, clearance_m: Floats, reach_m: Floats, known: KnownPoints, which: Ints
 ) -> None:
     """Lower the clearance [cells] about points by their numbers, as far as `reach_m` [levels]."""
-    for level in range(levels.count):
+    for level in range(levels.depth):
         for n in range(len(which)):
             if known.point[which[n], 3] >= 0.0:
                 _mark(
@@ -251,7 +233,7 @@ def unmark_points(
     base_m: clearance [cells] without any points. most_m: how much nearer points may count.
     """
     n, layers = levels.n, levels.layers
-    for level in range(levels.count):
+    for level in range(levels.depth):
         width = levels.width_m * (1 << level)
         far = int(np.ceil((reach_m[level] + most_m) / width)) + 1
         dirty = np.zeros((n, n), dtype=np.bool_)
@@ -285,38 +267,3 @@ def unmark_points(
             u, v = min(max(i, 0), n - 1), min(max(j, 0), n - 1)
             if about[u, v] and (inside or max(abs(u - i), abs(v - j)) <= far):
                 _mark(levels, clearance_m, reach_m[level], known.point, at, level, 0, 0, n, n)
-
-
-@compiled
-def speeds_of(
-    levels: Levels, clearance_m: Floats, rule: SpeedRule, within: tuple[float, float, float, float]
-) -> Floats:
-    """Return the speed [cells] of the way on from cells by the clearance there.
-
-    within: west, south, east and north side of the box that is not left.
-    """
-    n, layers = levels.n, levels.layers
-    speed = np.empty(len(clearance_m))
-    cell = 0
-    west, south, east, north = within
-    for level in range(levels.count):
-        width = levels.width_m * (1 << level)
-        barred = max(rule.margin_m, 0.5 * width)
-        per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
-        closed = 0.0 if level < rule.exact_levels else rule.porous_mps
-        for i in range(n):
-            x = (levels.low[level, 0] + i + 0.5) * width
-            for j in range(n):
-                y = (levels.low[level, 1] + j + 0.5) * width
-                outside = x < west or y < south or x > east or y > north
-                for _ in range(layers):
-                    clear = clearance_m[cell]
-                    if outside or clear <= BARRED_M:
-                        speed[cell] = 0.0
-                    elif clear < barred:
-                        speed[cell] = closed
-                    else:
-                        faster = rule.slow_mps + (clear - rule.margin_m) * per_metre
-                        speed[cell] = min(faster, rule.fast_mps)
-                    cell += 1
-    return speed

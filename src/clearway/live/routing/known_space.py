@@ -23,7 +23,7 @@ from clearway.live.routing.clearance_marking import (
     tell_points,
     unmark_points,
 )
-from clearway.live.routing.marching import Levels
+from clearway.live.routing.route_levels import Levels
 
 CELLS = 96
 """Cells along a side of each level: even, so that levels fit into each other."""
@@ -38,7 +38,7 @@ BaseClearance = Callable[[FloatArray, float], FloatArray]
 rules; inf where nothing is."""
 
 
-class Layout(NamedTuple):
+class RouteCells(NamedTuple):
     """Which cells there are."""
 
     width_m: float
@@ -67,7 +67,7 @@ class KnownSpace:
 
     def __init__(
         self,
-        layout: Layout,
+        layout: RouteCells,
         margin_m: float,
         wide_m: float,
         base: BaseClearance | None = None,
@@ -90,6 +90,17 @@ class KnownSpace:
             np.empty((MOST_POINTS, 4)),
             np.zeros(2, dtype=np.int64),
         )
+
+    @property
+    def voxel_m(self) -> float:
+        """Edge of the voxels that one point is kept of."""
+        return self._known.voxel_m
+
+    @property
+    def known_points_m(self) -> FloatArray:
+        """[n, 3] the points that are kept."""
+        points: FloatArray = self._known.point[: int(self._known.counts[0])]
+        return points[points[:, 3] >= 0.0, :3]
 
     @property
     def levels(self) -> Levels:

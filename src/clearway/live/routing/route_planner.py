@@ -12,8 +12,8 @@ import numpy as np
 from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
-from clearway.live.routing.clearance_marking import SpeedRule, speeds_of
-from clearway.live.routing.known_space import CELLS, BaseClearance, KnownSpace, Layout, cells_of
+from clearway.live.routing.clearance_speed import SpeedRule, speeds_of
+from clearway.live.routing.known_space import CELLS, BaseClearance, KnownSpace, RouteCells, cells_of
 from clearway.live.routing.marching import march
 
 EXACT_LEVELS = 2
@@ -59,13 +59,13 @@ class RoutePlanner:
     ----------
     settings
     layout
-        Cells; see `layout_for`.
+        Cells; see `route_cells_for`.
     base
         What is known besides points: maps, and places that rules forbid.
     """
 
     def __init__(
-        self, settings: RouteSettings, layout: Layout, base: BaseClearance | None = None
+        self, settings: RouteSettings, layout: RouteCells, base: BaseClearance | None = None
     ) -> None:
         self.settings = settings
         self.space = KnownSpace(layout, settings.margin_m, settings.wide_m, base)
@@ -113,7 +113,7 @@ class RoutePlanner:
             )
             if found:
                 break
-        widths = levels.width_m * 2.0 ** np.arange(levels.count)
+        widths = levels.width_m * 2.0 ** np.arange(levels.depth)
         field = RouteField(
             sealed(cells_of(space, time)),
             sealed(cells_of(space, speed)),
@@ -137,9 +137,9 @@ class RoutePlanner:
         return LONGER * time_to_go(last, *vehicle_m.tolist())[0]
 
 
-def layout_for(
+def route_cells_for(
     width_m: float, away_m: float, lowest_m: float, highest_m: float, layer_m: float
-) -> Layout:
+) -> RouteCells:
     """Return the cells for targets `away_m` from the vehicle at most.
 
     Layers lie between two heights, about `layer_m` apart, and one where these are no farther apart.
@@ -151,5 +151,5 @@ def layout_for(
     span = max(highest_m - lowest_m, 0.0)
     layers = 1 + int(span / layer_m + 0.5)
     if layers == 1:
-        return Layout(width_m, levels, lowest_m + 0.5 * span, layer_m, 1)
-    return Layout(width_m, levels, lowest_m, span / (layers - 1), layers)
+        return RouteCells(width_m, levels, lowest_m + 0.5 * span, layer_m, 1)
+    return RouteCells(width_m, levels, lowest_m, span / (layers - 1), layers)

@@ -14,7 +14,7 @@ from clearway.live.routing.route_planner import (
     WIDE,
     RoutePlanner,
     RouteSettings,
-    layout_for,
+    route_cells_for,
 )
 from clearway.obstacles.obstacle_map import ObstacleMap
 
@@ -53,7 +53,7 @@ def route_planner_for(
     highest_m = min(high + BESIDE_M, max(settings.highest_m, high))
     away_m = float(np.ptp(goals[:, :2], axis=0).max()) + planner.grid.range_m
     width_m = OF_MARGIN * settings.safety_margin_m
-    layout = layout_for(width_m, away_m, lowest_m, highest_m, LAYER_M)
+    layout = route_cells_for(width_m, away_m, lowest_m, highest_m, LAYER_M)
     reach_m = able.fastest_mps * planner.horizon_s
 
     def mapped(places_m: FloatArray, within_m: float) -> FloatArray:

@@ -3,91 +3,125 @@
 Of a vehicle with inertia every movement takes equally long, and where it may go next depends on its
 speed. A reach set is therefore a tree of a few layers, begun in one class of motion. Every node of
 it may be where a plan ends; the last layer is where most do.
+
+Chains grow at their front: a movement, and then a chain that is kept from where it ends. So what is
+left of any plan, once its first movement is flown, can be flown on.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import IntArray
-from clearway.reach.choose.select import Select
+from clearway.base.state import BoolArray, IntArray
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice
 
 LAYERS = 4
 """Movements of the longest chains."""
 KEPT = (600, 900, 1100)
-"""Nodes kept of the second layer and those after it."""
+"""Chains kept of two movements, and of those that are longer."""
 FINEST_M = 0.15
-"""Nodes of one layer nearer to each other than this are one."""
+"""Ends of chains nearer to each other than this are one."""
 GROWS = 1.15
 """Growth of that distance until few enough are left."""
 COARSER_HEIGHT = 0.5
 """Least distance in height, m."""
 HEADINGS_RAD = (0.12, 0.6)
-"""Least and greatest difference of headings that tells nodes apart."""
-CHANCE = 0.3
-"""Weight of chance beside a chain's effort, where one of several alike is kept."""
-CHANGED = 0.5
-"""Effort of a movement unlike the one before: of chains alike the plainest is kept."""
+"""Least and greatest difference of headings that tells ends apart."""
+EFFORT = 0.3
+"""Weight of a chain's effort against chance, where one of several alike is kept. Sets of plain
+chains alone put off what has to be done."""
 
 
-def select_timed() -> Select:
-    """Chains of up to `LAYERS` movements, dispersed."""
+class _Chains(NamedTuple):
+    """Chains of equally many movements from one class."""
 
-    def select(
-        lattice: Lattice, _grid: AvoidanceGrid, start_pitch_rad: float, _deep: int
-    ) -> ByteArray:
-        return _grow(lattice, lattice.start[start_pitch_rad], LAYERS)
-
-    return select
-
-
-def _grow(lattice: Lattice, root: int, layers: int) -> ByteArray:
-    """Buffers [nodes, layers] of the nodes of all layers."""
-    rng = np.random.default_rng(0)
-    pieces, climbs = lattice.pieces, _climb_of(lattice)
-    effort = _effort_of(lattice)
-    pose, at = np.zeros((1, 4)), np.array([root])
-    spent, buffers = np.zeros(1), np.zeros((1, layers), dtype=np.uint8)
-    found = []
-    for layer in range(layers):
-        allowed = pieces.following[at] >= 0
-        idle = ~np.any(pieces.path[at, :, -1], axis=2) & (pieces.turn_rad[at] == 0.0)
-        if layer:  # Climbs begin with the first movement; what stands leads nowhere new.
-            ends = climbs[np.maximum(pieces.following[at], 0)]
-            allowed &= ~idle & ((ends == climbs[at][:, None]) | (ends == 0.0))
-        node, movement = np.nonzero(allowed)
-        before = at[node]
-        end, turn_rad = pieces.path[before, movement, -1], pieces.turn_rad[before, movement]
-        pose = _placed(pose[node], end, turn_rad)
-        spent = spent[node] + effort[at[node], movement]
-        buffers = buffers[node]
-        if layer:
-            spent += CHANGED * (buffers[:, layer - 1] != movement + 1)
-        buffers[:, layer] = movement + 1
-        at = pieces.following[at[node], movement].astype(np.int64)
-        if layer:
-            most = KEPT[min(layer, len(KEPT)) - 1]
-            kept = _disperse(pose, at, spent + CHANCE * rng.random(len(at)), most)
-            pose, spent, buffers, at = pose[kept], spent[kept], buffers[kept], at[kept]
-        found.append(buffers)
-    return np.concatenate(found)
+    pose: FloatArray
+    """[n, 4] where they end."""
+    at: IntArray
+    """[n] class at the end."""
+    spent: FloatArray
+    """[n] effort."""
+    buffers: ByteArray
+    """[n, LAYERS]"""
 
 
-def _placed(pose: FloatArray, end: FloatArray, turn_rad: FloatArray) -> FloatArray:
-    """[n, 4] poses after displacements [n, 3] and turns [n] from poses [n, 4]."""
-    cosine, sine = np.cos(pose[:, 3]), np.sin(pose[:, 3])
-    x = pose[:, 0] + cosine * end[:, 0] - sine * end[:, 1]
-    y = pose[:, 1] + sine * end[:, 0] + cosine * end[:, 1]
-    return np.stack([x, y, pose[:, 2] + end[:, 2], pose[:, 3] + turn_rad], axis=1)
+@lru_cache(maxsize=2)
+def timed_chains(lattice: Lattice) -> tuple[ByteArray, ...]:
+    """Return buffers [chains, LAYERS] of the chains kept from each class of motion."""
+    pieces, rng = lattice.pieces, np.random.default_rng(0)
+    classes = range(len(pieces.following))
+    effort, goes_on = _effort_of(lattice), _goes_on(lattice)
+    chains = [_single(lattice, at, effort) for at in classes]
+    found = [[each.buffers] for each in chains]
+    for length in range(2, LAYERS + 1):
+        most = KEPT[min(length - 2, len(KEPT) - 1)]
+        grown = [_grown(lattice, at, chains, effort, goes_on) for at in classes]
+        chains = [_dispersed(each, rng, most, length) for each in grown]
+        for at, each in enumerate(chains):
+            found[at].append(each.buffers)
+    return tuple(np.concatenate(each) for each in found)
 
 
-def _disperse(pose: FloatArray, at: IntArray, rank: FloatArray, most: int) -> IntArray:
-    """Which of some nodes to keep: in cells just so large that few enough are left, the one of the
-    lowest rank of each."""
+def _single(lattice: Lattice, at: int, effort: FloatArray) -> _Chains:
+    """Chains of one movement."""
+    pieces = lattice.pieces
+    movement = np.flatnonzero(pieces.following[at] >= 0)
+    pose = np.column_stack([pieces.path[at, movement, -1], pieces.turn_rad[at, movement]])
+    buffers = np.zeros((len(movement), LAYERS), dtype=np.uint8)
+    buffers[:, 0] = movement + 1
+    ends = pieces.following[at, movement].astype(np.int64)
+    return _Chains(pose, ends, effort[at, movement], buffers)
+
+
+def _grown(
+    lattice: Lattice, at: int, chains: list[_Chains], effort: FloatArray, goes_on: BoolArray
+) -> _Chains:
+    """Chains that begin with one movement more."""
+    pieces, parts = lattice.pieces, []
+    for movement in np.flatnonzero(pieces.following[at] >= 0).tolist():
+        then = int(pieces.following[at, movement])
+        rest = chains[then]
+        keep = goes_on[then, rest.buffers[:, 0].astype(np.int64) - 1]
+        end, turn_rad = pieces.path[at, movement, -1], float(pieces.turn_rad[at, movement])
+        buffers = np.zeros((int(keep.sum()), LAYERS), dtype=np.uint8)
+        buffers[:, 0], buffers[:, 1:] = movement + 1, rest.buffers[keep, :-1]
+        parts.append(
+            _Chains(
+                _placed(end, turn_rad, rest.pose[keep]),
+                rest.at[keep],
+                effort[at, movement] + rest.spent[keep],
+                buffers,
+            )
+        )
+    return _Chains(
+        np.concatenate([part.pose for part in parts]),
+        np.concatenate([part.at for part in parts]),
+        np.concatenate([part.spent for part in parts]),
+        np.concatenate([part.buffers for part in parts]),
+    )
+
+
+def _placed(end: FloatArray, turn_rad: float, pose: FloatArray) -> FloatArray:
+    """[n, 4] poses that begin after a displacement [3] and a turn."""
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    x = end[0] + cosine * pose[:, 0] - sine * pose[:, 1]
+    y = end[1] + sine * pose[:, 0] + cosine * pose[:, 1]
+    return np.stack([x, y, end[2] + pose[:, 2], turn_rad + pose[:, 3]], axis=1)
+
+
+def _dispersed(chains: _Chains, rng: np.random.Generator, most: int, length: int) -> _Chains:
+    """Of chains that end in one cell that of the lowest rank, in cells just so large that few
+    enough are left."""
+    pose, at = chains.pose, chains.at
+    rank = EFFORT * chains.spent + rng.random(len(at))
+    # Straight on, or one turn: never left to chance.
+    first = chains.buffers[:, :1]
+    rank[np.all(chains.buffers[:, :length] == first, axis=1)] = -1.0
     order = np.argsort(rank, kind="stable")
     fine_m = FINEST_M
     turned = (pose[:, 3] + np.pi) % (2.0 * np.pi) - np.pi
@@ -106,9 +140,10 @@ def _disperse(pose: FloatArray, at: IntArray, rank: FloatArray, most: int) -> In
         low = key.min(axis=1, keepdims=True)
         sizes = (key.max(axis=1) - low[:, 0] + 1).tolist()
         flat = np.ravel_multi_index(tuple(key - low), sizes)
-        _, first = np.unique(flat[order], return_index=True)
-        if len(first) <= most:
-            return np.sort(order[first])
+        _, kept = np.unique(flat[order], return_index=True)
+        if len(kept) <= most:
+            chosen = np.sort(order[kept])
+            return _Chains(pose[chosen], at[chosen], chains.spent[chosen], chains.buffers[chosen])
         fine_m *= GROWS
 
 
@@ -116,7 +151,17 @@ def _climb_of(lattice: Lattice) -> FloatArray:
     """[attitudes] rate of climb of each class."""
     classes = lattice.automaton.classes
     assert classes is not None  # Only vehicles with inertia come here.
-    return classes.climb_mps[classes.classes_at(lattice.pieces.attitude_rad[:, 0])]
+    return classes.climb_mps
+
+
+def _goes_on(lattice: Lattice) -> BoolArray:
+    """[attitudes, movements] which movements may follow others in a chain: climbs begin with its
+    first movement, and what stands leads nowhere new."""
+    pieces, climbs = lattice.pieces, _climb_of(lattice)
+    ends = climbs[np.maximum(pieces.following, 0)]
+    idle = ~np.any(pieces.path[:, :, -1], axis=2) & (pieces.turn_rad == 0.0)
+    fits: BoolArray = ~idle & ((ends == climbs[:, None]) | (ends == 0.0))
+    return fits
 
 
 def _effort_of(lattice: Lattice) -> FloatArray:

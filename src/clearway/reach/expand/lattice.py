@@ -24,6 +24,8 @@ MOVEMENT_SAMPLES = 4
 MOST_ATTITUDES = 5000
 MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
+APART_RAD = 1e-12
+"""Start pitches by which reach sets of classes of motion are told apart; all begin level."""
 FEWEST_STANDING, MOST_STANDING = 3, 12
 """Movements that a trajectory may stand for."""
 
@@ -106,7 +108,8 @@ def build_lattice(
     steps = MOVEMENT_SAMPLES * max(4, int(np.ceil(4.0 * automaton.step_m / thinnest)))
     classes = automaton.classes
     if automaton.has_inertia and classes is not None:
-        return Lattice(automaton, _pieces_of(classes, automaton, steps), {0.0: classes.first})
+        start = {at * APART_RAD: at for at in range(len(classes.classes))}
+        return Lattice(automaton, _pieces_of(classes, automaton, steps), start)
     attitudes: list[tuple[float, float, Movement | None]] = []
     known: dict[tuple[int, int, str], int] = {}
 

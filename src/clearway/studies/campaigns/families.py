@@ -5,23 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.suggest import did_you_mean
+from clearway.io.maps.column_table import read_column_table
 from clearway.io.public_data import at_hand, where_from
 from clearway.io.toml import Section, parse_model
+from clearway.missions.lidar_section import PATTERN_KEYS
 from clearway.missions.mission_file import (
     AbsentPublicFileError,
     MissionFile,
     built_in_missions,
     read_mission_file,
 )
+from clearway.missions.mission_maps import mission_maps
+from clearway.missions.mission_world import mission_world
+from clearway.missions.sections import Point, Positive
 from clearway.missions.setup import FlightSetup, prepare
+from clearway.missions.world_file import mission_of
+from clearway.obstacles.columns import Columns
+from clearway.sim.world_parts import MadeWorld, leg, scatter_ends
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
-from clearway.studies.campaigns.made_worlds import MADE, MadeFamily
+from clearway.studies.campaigns.made_worlds import MADE, MadeFamily, StartParameters
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
 
 PLACES = Path(__file__).parents[1] / "examples" / "missions"
@@ -39,11 +51,24 @@ class MissionParameters(Section):
     """Its name: the seed is that of noise and drop-outs."""
 
 
-class PlaceParameters(Section):
+class PlaceParameters(StartParameters):
     """Of `place`."""
 
     mission: str
     """A mission file, relative to the campaign's: the seed is that of noise and drop-outs."""
+
+
+class TableParameters(StartParameters):
+    """Of `table`."""
+
+    file: str
+    """A table of columns (.csv), relative to the campaign's file: x, y, radius, height."""
+    start_m: Point
+    goal_m: Point
+    heights_m: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    """Lowest and highest height to fly at; default: any."""
+    corridor_m: Positive | None = None
+    """Half the width of what is flown in about the straight way; default: any."""
 
 
 class SampledParameters(Section):
@@ -113,14 +138,47 @@ def _place(case: CaseOf) -> MissionFile:
         file = read_mission_file(str(path))
     except AbsentPublicFileError as error:
         raise AbsentDataError(str(error)) from error
-    clouds = (file.point_cloud.file,) if file.point_cloud else ()
-    absent = [
-        name for name in (*clouds, *(file.map.files if file.map else ())) if not Path(name).exists()
-    ]
+    named = [file.point_cloud.file] if file.point_cloud else []
+    named += [file.columns.file] if file.columns and file.columns.file else []
+    named += file.map.files if file.map else ()
+    absent = [name for name in named if not Path(name).exists()]
     if absent:
         needed = ", ".join(Path(a).name for a in absent)
         raise AbsentDataError(f"{case.parameters.mission} needs {needed}{where_from(absent[0])}")
-    return file.changed("simulation", seed=case.seed)
+    return _from_anywhere(file, case).changed("simulation", seed=case.seed)
+
+
+def _table(case: CaseOf) -> MissionFile:
+    given = case.parameters
+    path = at_hand(case.folder / given.file)
+    if not path.exists():
+        raise AbsentDataError(f"no file {given.file}{where_from(path)}")
+    world = Columns(read_column_table(path), ground_m=0.0)
+    mission = leg(f"{path.stem}-{case.seed}", given.start_m, given.goal_m)
+    if given.ends is not None:
+        mission = scatter_ends(mission, world, given.heights_m, given.ends, case.seed)
+    made = MadeWorld(world, mission, given.heights_m, given.corridor_m)
+    return mission_of(made, case.seed)
+
+
+def _from_anywhere(file: MissionFile, case: CaseOf) -> MissionFile:
+    """The mission with start and goals moved at random, where the parameters ask for it."""
+    ends = case.parameters.ends
+    if ends is None:
+        return file
+    there = mission_world(file, mission_maps(file)).there
+    rules = file.rules
+    heights = None
+    if rules.floor_m is not None and rules.ceiling_m is not None:
+        heights = rules.floor_m, rules.ceiling_m
+    mission = scatter_ends(file.to_mission(), there, heights, ends, case.seed)
+    waypoints = tuple(map(tuple, mission.waypoints_m.tolist()))
+    start = mission.start
+    return file.changed("mission", waypoints_m=waypoints).changed(
+        "vehicle",
+        position_m=start.position_m,
+        attitude_deg=np.degrees(start.attitude_rad),
+    )
 
 
 def _conflict(kind: str) -> Callable[[CaseOf], MissionFile]:
@@ -156,6 +214,11 @@ CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
         "mission": Family("A mission that comes with clearway.", MissionParameters, _mission),
         "place": Family(
             "A mission file of your own, such as a surveyed place.", PlaceParameters, _place
+        ),
+        "table": Family(
+            "A table of columns, such as the obstacle field of a benchmark.",
+            TableParameters,
+            _table,
         ),
         **{
             kind: Family(_about(make), ConflictParameters, _conflict(kind))
@@ -205,10 +268,20 @@ def _changed(
     """The mission with keys of its tables changed, checked like a file."""
     if not changes:
         return file
-    tables = file.effective()
+    # Only keys that were given: what suits one kind of vehicle is refused for another.
+    tables = file.model_dump(exclude_unset=True)
     for table, values in changes.items():
-        old = tables.get(table, {})
         # Every sensor, intruder or obstacle alike.
-        several = isinstance(old, (list, tuple))
-        tables[table] = [{**one, **values} for one in old] if several else {**old, **values}
+        if isinstance(getattr(file, table), tuple):
+            old = [one.model_dump(exclude_unset=True) for one in getattr(file, table)]
+            tables[table] = [_changed_keys(one, values) for one in old]
+        else:
+            tables[table] = {**(tables.get(table) or {}), **values}
     return parse_model("changes", tables, MissionFile, folder)
+
+
+def _changed_keys(old: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of one table of several with others over them; of a sensor, one way to say its beams."""
+    ways = [way for way in PATTERN_KEYS if values.keys() & set(way)]
+    left_out = set(chain(*PATTERN_KEYS)) if ways else set()
+    return {key: value for key, value in old.items() if key not in left_out} | dict(values)

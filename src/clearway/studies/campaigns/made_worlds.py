@@ -12,19 +12,37 @@ from clearway.io.toml import Section
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.sections import NotNegative
 from clearway.missions.world_file import mission_of
-from clearway.sim import clutter, dead_ends, worlds
-from clearway.sim.world_parts import MadeWorld, anywhere
+from clearway.sim import clutter, column_fields, dead_ends, worlds
+from clearway.sim.world_parts import MadeWorld, RandomEnds, anywhere, scatter_ends
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 Span = Annotated[tuple[Length, Length], Field(strict=False)]
 Number = Annotated[int, Field(ge=1, le=10_000)]
+Density = Annotated[float, Field(ge=0.0, le=1.0)]
 Numbers = Annotated[tuple[Number, Number], Field(strict=False)]
 
 
-class WorldParameters(Section):
+class StartParameters(Section):
+    """Of families whose flights may start at random, by the seed."""
+
+    start_aside_m: NotNegative = 0.0
+    """How far start and goals are moved across the way at most, and half as far along it: each to a
+    place of its own, with room about it."""
+    any_heading: bool = False
+    """Whether the flight starts in any direction; else as the family says."""
+
+    @property
+    def ends(self) -> RandomEnds | None:
+        """How start and goals are moved; None for not at all."""
+        if not self.start_aside_m and not self.any_heading:
+            return None
+        return RandomEnds(self.start_aside_m, self.any_heading)
+
+
+class WorldParameters(StartParameters):
     """Of a family of made-up worlds; pairs are the least and the greatest that a seed draws."""
 
-    anywhere: bool = False
+    anywhere: bool = True
     """Whether world and flight lie anywhere and head anywhere, by the seed; else as they are made,
     most with their start at the origin and their way along x."""
 
@@ -49,8 +67,24 @@ class BallParameters(WorldParameters):
 class ForestParameters(WorldParameters):
     """Of `forest`."""
 
-    apart_m: Length = worlds.TRUNKS_APART_M
+    apart_m: Length = column_fields.TRUNKS_APART_M
     """Between trunks, at least."""
+    trees_per_m2: Density | None = None
+    """Of a dense forest on level ground, whose trunks may touch; default: an open one."""
+
+
+class ColumnParameters(WorldParameters):
+    """Of `columns`."""
+
+    columns_per_m2: Density = column_fields.PILLARS_PER_M2
+    """Number to the square metre."""
+
+
+class CylinderParameters(WorldParameters):
+    """Of `cylinders`."""
+
+    covered: Annotated[float, Field(gt=0.0, le=0.25)] = column_fields.DENSITIES["medium"]
+    """Share of the ground that they cover."""
 
 
 class WallParameters(WorldParameters):
@@ -58,6 +92,19 @@ class WallParameters(WorldParameters):
 
     gap_m: Span = worlds.WALL_GAPS_M
     """Width of the gaps."""
+    walls: Number = worlds.WALLS
+    """Number, 18 m apart."""
+    aside_m: Length = worlds.GAPS_ASIDE_M
+    """How far gaps lie from the straight way, at most."""
+
+
+class PocketParameters(WorldParameters):
+    """Of `pockets`."""
+
+    depth_m: Span = worlds.POCKET_DEPTHS_M
+    """From mouth to back; the deeper they may be, the farther apart they are."""
+    width_m: Span = worlds.POCKET_WIDTHS_M
+    """Between the sides."""
 
 
 class MazeParameters(WorldParameters):
@@ -146,6 +193,10 @@ class NetParameters(WorldParameters):
     """Of the ropes: the smallest object that the mission declares."""
 
 
+COMMON = frozenset(WorldParameters.model_fields)
+"""Parameters that are not those of what is made."""
+
+
 class MadeFamily(NamedTuple):
     """Made-up worlds of one kind."""
 
@@ -155,21 +206,25 @@ class MadeFamily(NamedTuple):
 
     def mission(self, seed: int, parameters: Any) -> MissionFile:
         """The mission through the world of a seed; parameters: a section of the family's kind."""
-        given = {name: getattr(parameters, name) for name in type(parameters).model_fields}
-        moved = given.pop("anywhere")
-        smallest_m = parameters.thickness_m if isinstance(parameters, NetParameters) else None
-        made = self.make(seed, **given)
-        return mission_of(*(anywhere(made, seed) if moved else made), seed, smallest_m)
+        own = [name for name in type(parameters).model_fields if name not in COMMON]
+        made = self.make(seed, **{name: getattr(parameters, name) for name in own})
+        ends = parameters.ends
+        if ends is not None:
+            mission = scatter_ends(made.mission, made.world, made.heights_m, ends, seed)
+            made = made._replace(mission=mission)
+        return mission_of(anywhere(made, seed) if parameters.anywhere else made, seed)
 
 
 MADE: Mapping[str, MadeFamily] = MappingProxyType(
     {
         "balls": MadeFamily(BallParameters, worlds.ball_world),
-        "forest": MadeFamily(ForestParameters, worlds.forest),
+        "forest": MadeFamily(ForestParameters, column_fields.forest),
+        "columns": MadeFamily(ColumnParameters, column_fields.column_field),
+        "cylinders": MadeFamily(CylinderParameters, column_fields.cylinder_field),
         "street": MadeFamily(WorldParameters, worlds.street),
         "wires": MadeFamily(WorldParameters, worlds.wires),
         "walls": MadeFamily(WallParameters, worlds.walls),
-        "pockets": MadeFamily(WorldParameters, worlds.pockets),
+        "pockets": MadeFamily(PocketParameters, worlds.pockets),
         "maze": MadeFamily(MazeParameters, worlds.maze),
         "dead-end": MadeFamily(DeadEndParameters, dead_ends.dead_end),
         "wedge": MadeFamily(WedgeParameters, dead_ends.wedge),

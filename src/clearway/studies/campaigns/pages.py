@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +22,9 @@ from clearway.studies.campaigns.summary import (
     seconds,
     standings,
 )
+from clearway.studies.campaigns.totals import HEAD, add_up
 
-FULL, SHORT = "campaign", "campaign-short"
+FULL, SHORT, TOTALS = "campaign", "campaign-short", "campaign-totals"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
 COLUMNS = (
     "planner",
@@ -40,14 +41,14 @@ COLUMNS = (
 def write_pages(
     page: Path, rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
 ) -> list[str]:
-    """Put the full or the short form, or both, between their marks in a page; what was put.
+    """Put the full form, the short form or the totals between their marks in a page; what was put.
 
     Raises InputError where the page cannot be read or written, or has no marks.
     """
     with naming(page, "written"):
         text = page.read_text(encoding="utf-8")
         done = []
-        for name, made in ((FULL, full_form), (SHORT, short_form)):
+        for name, made in FORMS.items():
             begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
             if begin in text and end in text:
                 before, _, rest = text.partition(begin)
@@ -55,7 +56,7 @@ def write_pages(
                 text = f"{before}{begin}\n{made(rows, settings, skipped)}{end}{after}"
                 done.append(name)
         if not done:
-            marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in (FULL, SHORT))
+            marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in FORMS)
             raise InputError(str(page), f"no {marks}")
     with staged_file(page) as scratch:
         scratch.write_text(text, encoding="utf-8")
@@ -185,6 +186,22 @@ def _below(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[st
     for label, why in skipped.items():
         said += f" Skipped: {label} ({why})."
     return said + "\n"
+
+
+def totals_form(
+    rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> str:
+    """A line a family and planner, then a line a planner: contacts, margins lost, arrivals."""
+    lines = [HEAD, *(totals.as_cells() for totals in add_up(rows))]
+    return _markdown(lines) + _below(rows, settings, skipped)
+
+
+FORMS: Mapping[str, Callable[[Sequence[FlightRow], dict[str, str], dict[str, str]], str]] = {
+    FULL: full_form,
+    SHORT: short_form,
+    TOTALS: totals_form,
+}
+"""What can be put into a page, by the name of its marks."""
 
 
 def _markdown(lines: Sequence[Sequence[str]]) -> str:

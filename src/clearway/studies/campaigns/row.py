@@ -57,6 +57,8 @@ class FlightRow:
     """What of the flight the planner cannot know, in words: how it avoids says nothing then."""
     reached: bool = measured(lambda run: run.reached, default=False)
     crashed: bool = measured(lambda run: run.crashed_s is not None, default=False)
+    touched: bool = measured(lambda run: run.touched, default=False)
+    """Whether the body of the vehicle, not only its centre, touched anything."""
     margin_kept: bool = measured(lambda run: run.metrics.margin_violations == 0, default=False)
     margin_m: float | None = measured(lambda run: run.safety_margin_m)
     margin_violations: int = measured(lambda run: run.metrics.margin_violations, 0)
@@ -78,6 +80,8 @@ class FlightRow:
     straight_m: float | None = measured(lambda run: run.mission.straight_length_m)
     """Length of straight flight."""
     path_m: float | None = measured(lambda run: run.metrics.path_length_m)
+    mean_mps: float | None = measured(lambda run: run.mean_mps)
+    top_mps: float | None = measured(lambda run: run.top_mps)
     climb_m: float | None = measured(lambda run: run.metrics.climb_m)
     effort_m2ps3: float | None = measured(lambda run: run.metrics.effort_m2ps3)
     tracking_mean_m: float | None = measured(lambda run: float(run.metrics.tracking_m.mean()))

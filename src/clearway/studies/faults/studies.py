@@ -222,5 +222,5 @@ def case(study: FaultStudy, seed: int, escape: str = ESCAPE) -> MissionFile:
         deviating = ConflictParameters(detected_at_m=10.0, deviates=True)
         file = conflict("random", seed, deviating)
     else:
-        file = mission_of(*ball_world(seed, BALLS), seed)
+        file = mission_of(ball_world(seed, BALLS), seed)
     return file.changed("safety", escape=escape)

@@ -15,6 +15,7 @@ from clearway.base.packed import one_a_voxel
 from clearway.base.version import __version__
 from clearway.io.json_values import rounded
 from clearway.missions.setup import FlightSetup
+from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.point_world import PointWorld
@@ -128,7 +129,7 @@ def _parts(world: World) -> Iterator[World]:
 
 def _shapes(world: World) -> Iterator[Obstacle]:
     for part in _parts(world):
-        if isinstance(part, ObstacleMap):
+        if isinstance(part, Columns | ObstacleMap):
             yield from part.obstacles
 
 

@@ -39,7 +39,7 @@ def test_the_keys_make_the_automaton():
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"climb_mps": 1.0}, 'climb_mps: only of kind = "inertialess"'),
+        ({"climb_mps": 1.0}, 'climb_mps: only of kind = "multirotor"'),
         ({"kind": "helicopter"}, "plane"),
         ({"kind": "inertialess", "slow_mps": [9.0]}, "slow_mps: must be below speed_mps"),
         ({"kind": "inertialess", "slow_mps": [0.5, 0.5]}, "slow_mps: speeds must differ"),

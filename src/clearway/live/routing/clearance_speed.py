@@ -1,0 +1,68 @@
+"""How fast the way on from a cell is, by the clearance there: a compiled loop."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.base.arrays import Floats
+from clearway.base.compiled import compiled
+from clearway.live.routing.route_levels import Levels
+
+BARRED_M = -1e9
+"""Clearance where rules forbid to fly."""
+
+
+class SpeedRule(NamedTuple):
+    """How fast the way on from a cell is, by the clearance there."""
+
+    margin_m: float
+    """Nothing leads nearer to anything."""
+    wide_m: float
+    """From that clearance on the vehicle is as fast as it can be."""
+    slow_mps: float
+    """Speed at the margin."""
+    fast_mps: float
+    porous_mps: float
+    """Speed in cells too coarse to tell whether something can be passed."""
+    exact_levels: int
+    """The finest so many levels tell."""
+
+
+@compiled
+def speeds_of(
+    levels: Levels, clearance_m: Floats, rule: SpeedRule, within: tuple[float, float, float, float]
+) -> Floats:
+    """Return the speed [cells] of the way on from cells by the clearance there.
+
+    within: west, south, east and north side of the box that is not left.
+    """
+    n, layers = levels.n, levels.layers
+    speed = np.empty(len(clearance_m))
+    cell = 0
+    west, south, east, north = within
+    for level in range(levels.depth):
+        width = levels.width_m * (1 << level)
+        # No step from middle to middle leads through a wall of points a finest cell apart.
+        barred = max(rule.margin_m, 0.5 * np.hypot(width, levels.width_m))
+        per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
+        closed = 0.0 if level < rule.exact_levels else rule.porous_mps
+        for i in range(n):
+            x = (levels.low[level, 0] + i + 0.5) * width
+            for j in range(n):
+                y = (levels.low[level, 1] + j + 0.5) * width
+                outside = x < west or y < south or x > east or y > north
+                for _ in range(layers):
+                    clear = clearance_m[cell]
+                    if outside or clear <= BARRED_M:
+                        speed[cell] = 0.0
+                    elif clear < barred:
+                        speed[cell] = closed
+                    elif clear >= rule.wide_m:
+                        speed[cell] = rule.fast_mps
+                    else:
+                        faster = rule.slow_mps + (clear - rule.margin_m) * per_metre
+                        speed[cell] = min(faster, rule.fast_mps)
+                    cell += 1
+    return speed

@@ -1,0 +1,225 @@
+"""The route field against closed answers of the eikonal equation, and what holds of any field."""
+
+import numpy as np
+import pytest
+
+from clearway.avoidance.rate.route_field import Pace, RouteField, straight_time, time_to_go
+from clearway.base.arrays import FloatArray
+from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
+
+MARGIN_M = 0.4
+WIDTH_M = 0.4
+GAP_M = 0.25
+STEADY = Pace(10.0, np.inf, 1.0, 4.0, 2.0)
+
+
+def planner(pace: Pace = STEADY, *, slow_mps: float = 10.0, top_m: float = 1.0) -> RoutePlanner:
+    """Of a vehicle that is as fast near things, unless told otherwise."""
+    settings = RouteSettings(pace, MARGIN_M, 1.0, 20.0, slow_mps, 1.2)
+    return RoutePlanner(settings, route_cells_for(WIDTH_M, 100.0, 1.0, top_m, 1.0))
+
+
+def wall(x_m: float, low_m: float, high_m: float, top_m: float = 3.0) -> FloatArray:
+    """[n, 3] points of a wall across the x axis."""
+    y, z = np.arange(low_m, high_m, GAP_M), np.arange(0.0, top_m, GAP_M)
+    return np.stack([each.ravel() for each in np.meshgrid([x_m], y, z)], axis=-1)
+
+
+def field_round(
+    points_m: FloatArray, target_m: FloatArray, of: RoutePlanner | None = None
+) -> tuple[RouteField, bool]:
+    used = of or planner()
+    start = np.array([0.0, 0.0, 1.0])
+    used.take(start, points_m, np.zeros(len(points_m)))
+    return used.field(start, target_m)
+
+
+def seconds_at(field: RouteField, place_m: FloatArray) -> float:
+    return float(time_to_go(field, *place_m.tolist())[0])
+
+
+def random_places(count: int, within_m: float, seed: int) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    return np.column_stack([rng.uniform(-within_m, within_m, (count, 2)), np.full(count, 1.0)])
+
+
+@pytest.mark.parametrize("pace", [STEADY, Pace(20.0, 8.0, 0.8, 4.0, 4.0)])
+def test_in_empty_space_the_straight_way_counts(pace: Pace) -> None:
+    target = np.array([70.0, -31.0, 1.0])
+    field, found = field_round(np.zeros((0, 3)), target, planner(pace, slow_mps=pace.fastest_mps))
+    assert found
+    for place in random_places(200, 15.0, 1):
+        seconds, *way, speed = time_to_go(field, *place.tolist())
+        straight, *along, _ = straight_time(pace, *(target - place).tolist())
+        assert seconds == pytest.approx(straight, rel=0.002)
+        assert np.dot(way, along) > 0.998
+        assert speed == pytest.approx(pace.fastest_mps)
+
+
+def test_climbing_takes_longer_than_sinking() -> None:
+    target = np.array([20.0, 0.0, 5.0])
+    field, _ = field_round(np.zeros((0, 3)), target, planner(top_m=9.0))
+    low, high = np.array([0.0, 0.0, 2.0]), np.array([0.0, 0.0, 8.0])
+    assert seconds_at(field, low) == pytest.approx(np.hypot(20.0 / 10.0, 3.0 / 4.0), rel=0.05)
+    assert seconds_at(field, high) == pytest.approx(np.hypot(20.0 / 10.0, 3.0 / 2.0), rel=0.05)
+    assert time_to_go(field, *low.tolist())[3] > 0.0 > time_to_go(field, *high.tolist())[3]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_past_the_end_of_a_wall_the_way_bends_at_its_corner(seed: int) -> None:
+    """A half-plane: from its shadow the shortest way is by the edge, a margin off."""
+    rng = np.random.default_rng(seed)
+    x, end = rng.uniform(4.0, 12.0), rng.uniform(2.0, 8.0)
+    target = np.array([x + rng.uniform(10.0, 40.0), rng.uniform(-6.0, 0.0), 1.0])
+    field, found = field_round(wall(x, -60.0, end), target)
+    assert found
+    corner = np.array([x, end + MARGIN_M, 1.0])
+    way_m = np.linalg.norm(corner - [0.0, 0.0, 1.0]) + np.linalg.norm(target - corner)
+    seconds, dx, dy, *_ = time_to_go(field, 0.0, 0.0, 1.0)
+    assert seconds * 10.0 == pytest.approx(way_m, abs=2.0 * WIDTH_M + 0.02 * float(way_m))
+    to_corner = np.arctan2(corner[1], corner[0])
+    assert abs(np.arctan2(dy, dx) - to_corner) < np.radians(15.0)
+
+
+@pytest.mark.parametrize("width_m", [1.7, 2.4, 3.5])
+@pytest.mark.parametrize("seed", range(4))
+def test_through_a_gap_or_not_at_all(width_m: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, middle = rng.uniform(3.0, 10.0), rng.uniform(-8.0, 8.0)
+    low, high = middle - 0.5 * width_m, middle + 0.5 * width_m
+    walls = np.concatenate([wall(x, -70.0, low), wall(x, high, 70.0)])
+    target = np.array([x + 20.0, 0.0, 1.0])
+    field, found = field_round(walls, target)
+    assert found
+    way_m = np.hypot(x, middle) + np.hypot(20.0, middle)
+    assert seconds_at(field, np.array([0.0, 0.0, 1.0])) * 10.0 == pytest.approx(
+        way_m, abs=width_m + 3.0 * WIDTH_M
+    )
+
+
+def box(half_m: float, top_m: float = 3.0) -> FloatArray:
+    """[n, 3] four walls about the origin."""
+    one = wall(half_m, -half_m, half_m + GAP_M, top_m)
+    turned = one[:, [1, 0, 2]]
+    mirrored = np.array([-1.0, -1.0, 1.0])
+    return np.concatenate([one, turned, one * mirrored, turned * mirrored])
+
+
+def test_out_of_a_closed_box_no_way_is_known() -> None:
+    target = np.array([30.0, 3.0, 1.0])
+    field, found = field_round(box(6.0), target)
+    assert not found
+    for place in random_places(50, 5.0, 2):
+        assert seconds_at(field, place) == np.inf
+    assert seconds_at(field, np.array([12.0, 0.0, 1.0])) < np.inf
+
+
+def test_into_a_closed_box_no_way_is_known() -> None:
+    target = np.array([12.0, 0.0, 1.0])
+    _, found = field_round(box(4.0) + np.array([12.0, 0.0, 0.0]), target)
+    assert not found
+
+
+def test_over_a_low_box_there_is_one() -> None:
+    used = planner(top_m=6.0)
+    points = box(6.0)
+    field, found = field_round(points, np.array([30.0, 3.0, 1.0]), used)
+    assert found
+    assert time_to_go(field, 4.5, 0.0, 1.0)[3] > 0.5
+
+
+def test_nothing_leads_nearer_than_the_margin() -> None:
+    """Free cells keep the margin from every point, those of all levels too."""
+    rng = np.random.default_rng(3)
+    points = np.column_stack([rng.uniform(-40.0, 40.0, (1500, 2)), rng.uniform(0.0, 2.0, 1500)])
+    used = planner()
+    field, _ = field_round(points, np.array([60.0, 0.0, 1.0]), used)
+    levels = used.space.levels
+    for level in (0, 1):
+        width = WIDTH_M * 2.0**level
+        free = np.argwhere(field.speed_mps[level, :, :, 0] > 0.0)
+        middles = np.column_stack([(levels.low[level] + free + 0.5) * width, np.ones(len(free))])
+        nearest = np.min(np.linalg.norm(middles[:, None] - points, axis=-1), axis=1)
+        # One point stands for those of a voxel.
+        assert np.min(nearest) >= MARGIN_M - np.sqrt(3.0) * used.space.voxel_m
+
+
+def test_more_that_stands_never_makes_a_way_shorter() -> None:
+    rng = np.random.default_rng(4)
+    target = np.array([25.0, 4.0, 1.0])
+    points = np.column_stack(
+        [rng.uniform(2.0, 24.0, 60), rng.uniform(-15.0, 15.0, 60), np.ones(60)]
+    )
+    places = random_places(60, 10.0, 5)
+    before = np.zeros(len(places))
+    for count in (0, 20, 40, 60):
+        field, _ = field_round(points[:count], target, planner(slow_mps=2.0))
+        now = np.array([seconds_at(field, place) for place in places])
+        assert np.all(now >= before - 0.02)
+        before = np.maximum(now, before)
+
+
+def test_following_the_field_arrives() -> None:
+    """From anywhere in a forest, down the field, in the time that it states."""
+    rng = np.random.default_rng(6)
+    trunks = rng.uniform([-30.0, -20.0], [30.0, 20.0], (120, 2))
+    points = np.concatenate(
+        [np.column_stack([np.tile(at, (12, 1)), np.arange(0.0, 3.0, GAP_M)]) for at in trunks]
+    )
+    target = np.array([35.0, 0.0, 1.0])
+    field, _ = field_round(points, target)
+    for place in random_places(30, 14.0, 7):
+        if np.min(np.linalg.norm(trunks - place[:2], axis=1)) < 2.0 * MARGIN_M:
+            continue
+        at, left = place.copy(), seconds_at(field, place)
+        steps = int(1.3 * left * STEADY.fastest_mps / 0.1) + 20
+        for _ in range(steps):
+            _, dx, dy, *_ = time_to_go(field, *at.tolist())
+            at += 0.1 * np.array([dx, dy, 0.0])
+        assert np.linalg.norm(at - target) < 1.5
+
+
+def test_what_vanished_bars_no_more_and_leaves_no_trace() -> None:
+    target, start = np.array([30.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])
+    rng = np.random.default_rng(8)
+    stays = np.column_stack([rng.uniform(5.0, 25.0, 40), rng.uniform(-9.0, 9.0, 40), np.ones(40)])
+    used, fresh = planner(), planner()
+    goes = box(3.0)
+    used.take(start, np.concatenate([stays, goes]), np.zeros(len(stays) + len(goes)))
+    assert not used.field(start, target)[1]
+    used.take(start, stays, np.zeros(len(stays)), 200.0)
+    fresh.take(start, stays, np.zeros(len(stays)))
+    np.testing.assert_array_equal(used.space.clearance_m, fresh.space.clearance_m)
+    assert used.field(start, target)[1]
+
+
+def test_moving_along_changes_nothing_that_is_known() -> None:
+    rng = np.random.default_rng(9)
+    points = np.column_stack([rng.uniform(-30.0, 60.0, (4000, 2)), rng.uniform(0.0, 2.0, 4000)])
+    used, fresh = planner(), planner()
+    none = np.zeros((0, 3))
+    used.take(np.array([0.0, 0.0, 1.0]), points, np.zeros(len(points)))
+    for along in np.linspace(0.0, 1.0, 30):
+        here = np.array([40.0 * along, 25.0 * np.sin(3.0 * along), 1.0])
+        used.take(here, none, np.zeros(0))
+    kept = used.space.known_points_m
+    fresh.take(here, kept, np.zeros(len(kept)))
+    low = used.space.levels.low
+    if np.array_equal(low, fresh.space.levels.low):
+        np.testing.assert_allclose(used.space.clearance_m, fresh.space.clearance_m)
+    field, again = (each.field(here, np.array([70.0, 0.0, 1.0]))[0] for each in (used, fresh))
+    for place in here + random_places(50, 8.0, 10) * [1.0, 1.0, 0.0]:
+        assert seconds_at(field, place) == pytest.approx(
+            seconds_at(again, place), rel=0.05, abs=0.1
+        )
+
+
+def test_a_side_that_is_not_left_closes_the_way_round() -> None:
+    target = np.array([20.0, 0.0, 1.0])
+    walls = wall(8.0, -20.0, 20.0)
+    assert field_round(walls, target, planner())[1]
+    bounded = planner()
+    bounded.settings = RouteSettings(
+        STEADY, MARGIN_M, 1.0, 20.0, 10.0, 1.2, south_m=-20.0, north_m=20.0
+    )
+    assert not field_round(walls, target, bounded)[1]
