@@ -87,13 +87,13 @@ class State:
             )
         )
         velocity = None if self.velocity_mps is None else frozen_three(self.velocity_mps)
-        is_no_velocity = self.velocity_mps is not None and velocity is None
-        if position is None or attitude is None or is_no_velocity or numbers:
+        is_unusable = self.velocity_mps is not None and velocity is None
+        if position is None or attitude is None or is_unusable or numbers:
             places = collect_problems(
                 (
                     vector_problem("position_m", self.position_m, 3),
                     vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
-                    vector_problem("velocity_mps", self.velocity_mps, 3) if is_no_velocity else None,
+                    vector_problem("velocity_mps", self.velocity_mps, 3) if is_unusable else None,
                 )
             )
             raise InputError("own state", places + numbers)

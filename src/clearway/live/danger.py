@@ -25,9 +25,7 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     if plan.decision is None or plan.decision.under_way_s is not None:
         return None  # Nothing better was found than to finish the movement under way.
     keeps_place = planner.automaton.has_inertia
-    paths = rest_of(
-        plan.decision, plan.buffer.start_s, situation, now_s, keeps_place=keeps_place
-    )
+    paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s, keeps_place=keeps_place)
     if not len(paths.parent):
         return None
     sloped = sloping(paths, margin_slope(planner.settings, situation))
@@ -55,7 +53,9 @@ def rest_of(
     """What is left of a decision's path, in the grid frame of a situation.
 
     keeps_place: where it was planned, as a vehicle with inertia follows its plan; else moved to the
-    place of the situation. The path is the one that was verified: samples of the reach set, at equal times within each
+    place of the situation.
+
+    The path is the one that was verified: samples of the reach set, at equal times within each
     movement.
     """
     reach_set = decision.prepared.reach_set

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.avoidance.escape.terms import carried_m
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.situation import CALM, Here, Situation, widest_margin_m
+from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.rate.route_field import RouteField
 from clearway.base.checks import time_problem
 from clearway.base.errors import ClearwayError
@@ -37,6 +37,9 @@ from clearway.live.routing.timed_route import route_planner_for
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
+
+HARDEST_MPS2 = 10.0
+"""At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
 
 
 class Knowledge:
@@ -67,7 +70,7 @@ class Knowledge:
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
-        told_mps = CALM if planner.automaton.has_inertia else settings.wind_mps
+        told_mps = (0.0, 0.0, 0.0) if planner.automaton.has_inertia else settings.wind_mps
         self.wind = WindEstimate(planner.speed_mps, told_mps)
         self.flown.wind_mps = self.wind.wind_mps
         self.own_states = OwnStates(settings.history_s, self.flown)
@@ -313,12 +316,21 @@ class Knowledge:
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
-            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s)
+            unsure_m=self.planner.speed_mps * self.clock.doubt_s
+            + self._unknown_m(unknown_s)
             + self.tracking.excess_m(now),
             floor_m=self.floor_m,
             wind_mps=self.wind.wind_mps,
             wind_sigma_mps=self.wind.sigma_mps if any(self.wind.wind_mps.tolist()) else 0.0,
         )
+
+    def _unknown_m(self, unknown_s: float) -> float:
+        """How far a vehicle may be off of which it is not known for a while what it flew; one with
+        inertia goes on nearly as fast as was reported."""
+        reported = self.own_states.latest.velocity_mps is not None
+        if self.planner.automaton.has_inertia and reported:
+            return 0.5 * HARDEST_MPS2 * unknown_s**2
+        return self.planner.speed_mps * unknown_s
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""

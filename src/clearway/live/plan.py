@@ -47,11 +47,8 @@ class Plan:
     before: Plan | None = None
     """What is flown until this one begins, where it was made ahead of its time."""
 
-    def after(
-        self, decision: Decision, now_s: float, goal: int, *, ahead: bool = False
-    ) -> Plan:
-        """The plan that a decision makes, flown from `now_s` on; `ahead`: and this one until then.
-        """
+    def after(self, decision: Decision, now_s: float, goal: int, *, ahead: bool = False) -> Plan:
+        """The plan that a decision makes, flown from `now_s` on; `ahead`: this one until then."""
         intended = self._flown_from(decision.movements, now_s, decision.under_way_s)
         flown, way = intended, decision.way_out
         first_s = intended.entries[0].duration_s

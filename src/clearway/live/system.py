@@ -135,8 +135,8 @@ class AvoidanceSystem:
 
     @property
     def ahead_s(self) -> float:
-        """How long before a movement of a vehicle with inertia ends the next one is decided: whoever
-        asks now and then sets it, so that a question comes in time."""
+        """How long before a movement of a vehicle with inertia ends the next one is decided; a
+        caller that asks at a set rate sets it, so that a question comes in time."""
         return self._watch.ahead_s
 
     @ahead_s.setter

@@ -39,7 +39,10 @@ class PlanWatch:
         """Why a decision is due now, or None while the plan may be flown on."""
         known = self._known
         strayed = self._strayed(plan)  # Counted also where a decision is due anyway.
-        due = plan.due(now + self.ahead_s, known.progress.goal) or strayed
+        due = plan.due(now + self.ahead_s, known.progress.goal)
+        if self._planner.automaton.has_inertia:
+            due = strayed or due  # The margin grows by it: the log says so.
+        due = due or strayed
         if due or not (known.news or self._margin_has_grown(plan, now)):
             return due
         if known.news and not (

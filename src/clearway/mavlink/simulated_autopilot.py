@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.plan.time_cost import speed_abilities
 from clearway.base.frames import geodetic_from_enu
 from clearway.io.json_values import rounded
 from clearway.live.link.set_point import SetPoint
@@ -26,7 +27,7 @@ from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits
 from clearway.mavlink.simulated_targets import Target, VelocityTarget, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
-from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
 from clearway.mavlink.wire import frames_in
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
@@ -37,6 +38,10 @@ BOOT_S = 10.0
 """Time since boot at which the simulation begins."""
 SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
+TILT_S = 0.15
+"""Of a copter of some kilograms."""
+STRONGER = 1.5
+"""Acceleration that a copter has, in those that it is flown with: some is needed to correct."""
 TARGET = 84
 STATUSTEXT, SET_MESSAGE_INTERVAL = 253, 511
 ACCEPTED, DENIED = 0, 2
@@ -59,7 +64,13 @@ class SimulatedAutopilot:
         self.refused: Counter[str] = Counter()
         self.texts: list[str] = []
         self.time_s = 0.0
-        self.habits = habits or Habits()
+        self.habits = habits = habits or default_habits(setup)
+        self._limits = VehicleLimits(
+            setup.planner.speed_mps,
+            habits.acceleration_mps2,
+            habits.climb_acceleration_mps2,
+            habits.tilt_s,
+        )
         self._setup, self._link = setup, link
         self._packer = Packer(1, 1, key)
         self._check = None if key is None else SignatureCheck(key)
@@ -152,14 +163,8 @@ class SimulatedAutopilot:
         away = np.array(self.habits.led_away_mps)
         if not self.follows:
             target = VelocityTarget(away, 0.0) if away.any() else None
-        cruise = self._setup.planner.speed_mps
-        self.truth = self.truth.after(
-            step,
-            target or hover,
-            cruise,
-            self.habits.acceleration_mps2,
-            self.habits.climb_acceleration_mps2,
-        )
+        told_for_s = self.time_s - self._target_s - self.habits.dead_s
+        self.truth = self.truth.after(step, target or hover, self._limits, told_for_s)
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""
@@ -290,6 +295,17 @@ class SimulatedAutopilot:
             "refused": dict(self.refused),
             "texts": self.texts,
         }
+
+
+def default_habits(setup: FlightSetup) -> Habits:
+    """Of a vehicle with inertia those of a copter that tilts, a little stronger than it is flown;
+    else none."""
+    automaton = setup.planner.automaton
+    if not automaton.has_inertia:
+        return Habits()
+    return Habits(
+        tilt_s=TILT_S, acceleration_mps2=STRONGER * speed_abilities(automaton).acceleration_mps2
+    )
 
 
 def ground_of(setup: FlightSetup) -> float:

@@ -31,6 +31,8 @@ class Habits:
     acceleration_mps2: float = math.inf
     climb_acceleration_mps2: float = math.inf
     """Up and down."""
+    tilt_s: float = 0.0
+    """Acceleration comes with this time constant, since it tilts first: a copter with inertia."""
     dead_s: float = 0.0
     """What it is told moves it so much later."""
     traffic_every_s: float = 0.0

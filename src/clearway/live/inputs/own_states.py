@@ -137,14 +137,14 @@ class Flown:
                 movement, lasts_s = classes.names.index(entry.movement.name), entry.duration_s
                 # What is left of one that was under way is flown as if it began there.
                 whole_s = entry.movement.duration_s
-                first_s, last_s = max(start_s - entry.start_s, 0.0), min(end_s - entry.start_s, lasts_s)
+                first_s = max(start_s - entry.start_s, 0.0)
+                last_s = min(end_s - entry.start_s, lasts_s)
                 if last_s - first_s > TIME_TOLERANCE_S:
                     yield Part(at, movement, first_s / whole_s, last_s / whole_s)
                 at = classes.after(at, movement)
 
     def motion_at(self, time_s: float) -> tuple[float, float] | None:
-        """Speed and rate of climb that what was flown has at a time; None where that is not known.
-        """
+        """Speed and rate of climb of what was flown at a time; None where that is not known."""
         classes = self._automaton.classes
         if classes is None or not classes.has_speeds:
             return None
