@@ -52,6 +52,8 @@ TUBE_PER_GUST_S = 0.07
 TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.1
 """More of it at the greatest speed, in still air and per m/s of gusts: drag and lift that its loops
 do not know."""
+SLOW_MPS = 10.0
+"""A copter that is slower than this has less drag at its greatest speed, and less more of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +84,7 @@ class CopterLimits:
         at_rest = TUBE_M + TUBE_PER_LAG * self.acceleration_mps2 * self.lag_s**2
         at_rest += TUBE_PER_GUST_S * self.gusts_mps
         more = TUBE_AT_SPEED_M + TUBE_AT_SPEED_PER_GUST_S * self.gusts_mps
-        tube: FloatArray = at_rest + more * speed_mps / self.speed_mps
+        tube: FloatArray = at_rest + more * speed_mps / max(self.speed_mps, SLOW_MPS)
         return tube
 
     def __post_init__(self) -> None:
