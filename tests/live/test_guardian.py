@@ -17,7 +17,8 @@ WALL = cw.ObstacleMap([cw.Obstacle.cuboid([3.0, 0.0, 0.0], (1.0, 9.0, 9.0))])
 
 def guardian_at(place=(0.0, 0.0, 0.0), vehicle: str = "stops", **arguments) -> cw.Guardian:
     here = cw.State(np.array(place))
-    arguments = {"obstacle_map": WALL, "hold_s": HOLD_S} | arguments
+    at_once = {"acceleration_mps2": np.inf}  # As the vehicles of these flights do.
+    arguments = {"obstacle_map": WALL, "hold_s": HOLD_S} | at_once | arguments
     guardian = cw.Guardian(planner_for(vehicle, "known"), here, **arguments)
     guardian.update(here)
     return guardian

@@ -67,7 +67,11 @@ class GuardedLink:
     def __init__(self, vehicle: str = "stops", act: bool = True) -> None:
         self.counts: Counter[str] = Counter()
         self.guardian = Guardian(
-            planner_for(vehicle, "known"), State(np.zeros(3)), obstacle_map=WALL, hold_s=0.5
+            planner_for(vehicle, "known"),
+            State(np.zeros(3)),
+            obstacle_map=WALL,
+            acceleration_mps2=np.inf,
+            hold_s=0.5,
         )
         terms = MavlinkTerms(session=SessionTerms(act=act, floor=FloorRule(0.6, -100.0)))
         core = GuardSession(self.guardian, None, terms.session, self.counts)

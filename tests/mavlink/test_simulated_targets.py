@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.set_points import FOLLOW, HOLD
 from clearway.mavlink.simulated_targets import VelocityTarget, target_of
-from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
 from clearway.mavlink.wishes import VELOCITY
 
 
@@ -54,6 +54,8 @@ def test_nothing_is_made_of_the_rest() -> None:
 def test_a_velocity_is_flown_with_lag_and_no_faster_than_it_can() -> None:
     truth = VehicleTruth(np.zeros(3), np.zeros(3), 0.0)
     for _ in range(200):
-        truth = truth.after(0.02, VelocityTarget(np.array([0.0, 9.0, 0.0]), 0.5), 1.0)
+        truth = truth.after(
+            0.02, VelocityTarget(np.array([0.0, 9.0, 0.0]), 0.5), VehicleLimits(1.0)
+        )
     assert truth.velocity_mps == pytest.approx([0.0, 1.3, 0.0], abs=1e-3)
     assert truth.yaw_rad == pytest.approx(2.0)

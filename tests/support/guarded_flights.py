@@ -107,6 +107,7 @@ class GuardedFlight:
             State(self.place, np.array([0.0, 0.0, self.yaw])),
             lidars=() if self.lidar is None else (self.lidar,),
             obstacle_map=None if self.with_lidar else self.map,
+            acceleration_mps2=np.inf,
             hold_s=HOLD_S,
         )
         self.wish = np.array([1.0, 0.0, 0.0])

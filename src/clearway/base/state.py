@@ -70,6 +70,8 @@ class State:
     time_s: float = 0.0
     position_std_m: float = 0.0
     attitude_std_rad: float = 0.0
+    velocity_mps: FloatArray | None = None
+    """[3] world frame, where it is reported; of a vehicle with inertia it picks the class."""
 
     __repr__ = brief
 
@@ -84,16 +86,20 @@ class State:
                 number_problem("attitude_std_rad", self.attitude_std_rad),
             )
         )
-        if position is None or attitude is None or numbers:
+        velocity = None if self.velocity_mps is None else frozen_three(self.velocity_mps)
+        is_unusable = self.velocity_mps is not None and velocity is None
+        if position is None or attitude is None or is_unusable or numbers:
             places = collect_problems(
                 (
                     vector_problem("position_m", self.position_m, 3),
                     vector_problem("attitude_rad", self.attitude_rad, 3, MOST_RAD),
+                    vector_problem("velocity_mps", self.velocity_mps, 3) if is_unusable else None,
                 )
             )
             raise InputError("own state", places + numbers)
         object.__setattr__(self, "position_m", position)
         object.__setattr__(self, "attitude_rad", attitude)
+        object.__setattr__(self, "velocity_mps", velocity)
         take_floats(self, State)
 
     @property

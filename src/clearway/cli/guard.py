@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -56,7 +55,8 @@ def guard(
     acceleration_mps2: Annotated[
         float | None,
         typer.Option(
-            min=0.01, help="MAVLink: the vehicle's greatest; default: it changes speed at once."
+            min=0.01,
+            help="MAVLink: the vehicle's greatest; default: the mission's, or a cautious 3.",
         ),
     ] = None,
     timeout_s: Annotated[
@@ -109,7 +109,7 @@ def guard(
             commands,
             wish_s=timeout_s,
             hold_s=hold_s,
-            acceleration_mps2=acceleration_mps2 or math.inf,
+            acceleration_mps2=acceleration_mps2,
         )
         loop, link = _on_mavlink(what, options, terms)
     session: GuardSession = link.session if connect is None else link.session.core

@@ -24,7 +24,8 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     A movement that is finished only before a way out ends before there is anything to be said."""
     if plan.decision is None or plan.decision.under_way_s is not None:
         return None  # Nothing better was found than to finish the movement under way.
-    paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s)
+    keeps_place = planner.automaton.has_inertia
+    paths = rest_of(plan.decision, plan.buffer.start_s, situation, now_s, keeps_place=keeps_place)
     if not len(paths.parent):
         return None
     sloped = sloping(paths, margin_slope(planner.settings, situation))
@@ -41,8 +42,18 @@ def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float)
     return f"the plan comes within {found.distance_m:.2f} m of {NEWS[found.cause]}"
 
 
-def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: float) -> Paths:
-    """What is left of a decision's path, in the grid frame of a situation, moved to its place.
+def rest_of(
+    decision: Decision,
+    decided_s: float,
+    situation: Situation,
+    now_s: float,
+    *,
+    keeps_place: bool = False,
+) -> Paths:
+    """What is left of a decision's path, in the grid frame of a situation.
+
+    keeps_place: where it was planned, as a vehicle with inertia follows its plan; else moved to the
+    place of the situation.
 
     The path is the one that was verified: samples of the reach set, at equal times within each
     movement.
@@ -51,7 +62,9 @@ def rest_of(decision: Decision, decided_s: float, situation: Situation, now_s: f
     nodes = reach_set.path(decision.choice.node)
     times = decided_s + _sample_times(reach_set.end_time_s[nodes], reach_set.samples_m.shape[1])
     left = np.flatnonzero(times > now_s + TIME_TOLERANCE_S)
-    here = [np.interp(now_s, times, decision.path_m[:, axis]) for axis in range(3)]
+    here = situation.state.position_m
+    if not keeps_place:
+        here = np.array([np.interp(now_s, times, decision.path_m[:, axis]) for axis in range(3)])
     ahead = decision.path_m[left] - here
     return Paths(
         np.arange(-1, len(left) - 1, dtype=np.int32),

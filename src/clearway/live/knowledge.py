@@ -23,10 +23,11 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import unreported
 from clearway.live.inputs.clock import Clock
-from clearway.live.inputs.own_states import Flown, OwnStates
+from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, split_velocity
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
 from clearway.live.inputs.reports import reports_for
+from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
@@ -37,6 +38,9 @@ from clearway.live.routing.timed_route import route_planner_for
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
+
+HARDEST_MPS2 = 10.0
+"""At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
 
 
 class Knowledge:
@@ -67,9 +71,11 @@ class Knowledge:
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
-        self.wind = WindEstimate(planner.speed_mps, settings.wind_mps)
+        told_mps = (0.0, 0.0, 0.0) if planner.automaton.has_inertia else settings.wind_mps
+        self.wind = WindEstimate(planner.speed_mps, told_mps)
         self.flown.wind_mps = self.wind.wind_mps
         self.own_states = OwnStates(settings.history_s, self.flown)
+        self.tracking = Tracking()
         self.sensing = RangeSensing(
             planner,
             range_sensors(lidars),
@@ -180,6 +186,8 @@ class Knowledge:
         self, before: State | None, state: State, flown_m: FloatArray | None, *, jumped: bool
     ) -> None:
         """Compare an own state with where what was flown since the one before would have led."""
+        if self.planner.automaton.has_inertia:
+            return  # It holds its way over the ground: what is left over is `tracking`.
         if (
             before is None
             or flown_m is None
@@ -234,8 +242,16 @@ class Knowledge:
         latest = self.own_states.latest
         if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
-        carried = self.flown.carry(latest, now)
-        return self.planner.automaton.in_class(carried, self.flown.class_at(now))
+        automaton, classes = self.planner.automaton, self.planner.automaton.classes
+        if classes is None or not classes.has_speeds:
+            carried = self.flown.carry(latest, now)
+            return automaton.in_class(carried, self.flown.class_at(now))
+        velocity = latest.velocity_mps
+        if velocity is None:
+            carried, motion = self.flown.carry(latest, now), self.flown.motion_at(now)
+        else:
+            carried, motion = moved_on(latest, velocity, now), split_velocity(velocity)
+        return automaton.in_class(carried, None if motion is None else classes.class_near(*motion))
 
     def blind_s(self, now: float) -> float | None:
         """For how long no range sensor has told anything, since the first question where none ever
@@ -308,11 +324,21 @@ class Knowledge:
             from_m=self.progress.left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
-            unsure_m=self.planner.speed_mps * (self.clock.doubt_s + unknown_s),
+            unsure_m=self.planner.speed_mps * self.clock.doubt_s
+            + self._unknown_m(unknown_s)
+            + self.tracking.excess_m(now),
             floor_m=self.floor_m,
             wind_mps=self.wind.wind_mps,
             wind_sigma_mps=self.wind.sigma_mps if any(self.wind.wind_mps.tolist()) else 0.0,
         )
+
+    def _unknown_m(self, unknown_s: float) -> float:
+        """How far a vehicle may be off of which it is not known for a while what it flew; one with
+        inertia goes on nearly as fast as was reported."""
+        reported = self.own_states.latest.velocity_mps is not None
+        if self.planner.automaton.has_inertia and reported:
+            return 0.5 * HARDEST_MPS2 * unknown_s**2
+        return self.planner.speed_mps * unknown_s
 
     def _traffic(self, state: State, now_s: float) -> list[Intruder]:
         """Reported intruders, and those that LiDAR alone sees."""

@@ -13,6 +13,7 @@ from clearway.base.state import State
 from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import BufferedMovement, MovementBuffer
+from clearway.vehicle.reference import Reference
 
 MOST_ROUNDS = 1000
 """Rounds of a way out after which nobody flies on without a decision."""
@@ -43,9 +44,11 @@ class Plan:
     """Whether a certain way out was in hand at any time of the flight."""
     stood: int = 0
     """How many decisions in a row led nowhere."""
+    before: Plan | None = None
+    """What is flown until this one begins, where it was made ahead of its time."""
 
-    def after(self, decision: Decision, now_s: float, goal: int) -> Plan:
-        """The plan that a decision makes, flown from `now_s` on."""
+    def after(self, decision: Decision, now_s: float, goal: int, *, ahead: bool = False) -> Plan:
+        """The plan that a decision makes, flown from `now_s` on; `ahead`: this one until then."""
         intended = self._flown_from(decision.movements, now_s, decision.under_way_s)
         flown, way = intended, decision.way_out
         first_s = intended.entries[0].duration_s
@@ -65,6 +68,7 @@ class Plan:
             way,
             self.had_certain or (decision.way_out is not None and decision.way_out.certain),
             self.stood + 1 if self._leads_nowhere(decision.movements[0]) else 0,
+            replace(self, before=None) if ahead else None,
         )
 
     def _leads_nowhere(self, movement: str) -> bool:
@@ -83,8 +87,24 @@ class Plan:
 
     # --- what is flown --------------------------------------------------------------------
 
+    def in_force(self, time_s: float) -> Plan:
+        """The plan that is flown at a time: the one before, until this one begins."""
+        before = self.before
+        if before is None or time_s >= self.buffer.start_s - TIME_TOLERANCE_S:
+            return self
+        return before
+
+    def next_s(self, now_s: float) -> float:
+        """When the movement under way ends; now between two of them, and where nothing is flown."""
+        for entry in self.flown_until(now_s).entries:
+            if entry.start_s + TIME_TOLERANCE_S < now_s < entry.end_s - TIME_TOLERANCE_S:
+                return entry.end_s
+        return now_s
+
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, the movement that begins where two meet; None outside the plan."""
+        if self.in_force(time_s) is not self:
+            return self.in_force(time_s).movement_at(time_s)
         return self.flown_until(time_s).held_from(time_s, TIME_TOLERANCE_S)
 
     def state_at(self, time_s: float) -> State | None:
@@ -92,6 +112,8 @@ class Plan:
 
         None outside the plan. World frame; what was measured since is not in it.
         """
+        if self.in_force(time_s) is not self:
+            return self.in_force(time_s).state_at(time_s)
         if self.decision is None or self.movement_at(time_s) is None:
             return None
         start = self.decision.state
@@ -101,6 +123,32 @@ class Plan:
         return replace(
             start, position_m=vector[:3] + carried_m, attitude_rad=vector[3:], time_s=time_s
         )
+
+    def reference_at(self, time_s: float) -> Reference | None:
+        """What it asks of the vehicle at a time: also how fast, and how that changes; None outside
+        the plan."""
+        if self.in_force(time_s) is not self:
+            return self.in_force(time_s).reference_at(time_s)
+        entry = self._entry_at(time_s)
+        start = None if entry is None else self.state_at(entry.start_s)
+        if entry is None or start is None or self.decision is None:
+            return None
+        into_s = time_s - entry.start_s
+        asked = Reference.of(self.automaton, start.vector, entry.movement, into_s)
+        wind = self.decision.wind_mps
+        if not wind.any():
+            return asked
+        return replace(
+            asked,
+            position_m=asked.position_m + wind * into_s,
+            velocity_mps=asked.velocity_mps + wind,
+        )
+
+    def _entry_at(self, time_s: float) -> BufferedMovement | None:
+        """The movement flown at a time with when it begins; the last one at the plan's end."""
+        entries = self.flown_until(time_s).entries
+        begun = [e for e in entries if e.start_s <= time_s + TIME_TOLERANCE_S]
+        return begun[-1] if begun and time_s <= begun[-1].end_s + TIME_TOLERANCE_S else None
 
     def flown_until(self, time_s: float) -> MovementBuffer:
         """The buffer, with as many rounds of the way out as reach beyond a time."""
@@ -120,16 +168,25 @@ class Plan:
 
         Also where nothing was measured of the vehicle, outside the plan, and at its start.
         """
+        if self.in_force(state.time_s) is not self:
+            return self.in_force(state.time_s).strayed_m(state)
         planned = self.state_at(state.time_s)
         flown_s = state.time_s - self.buffer.start_s
         if planned is None or self.automaton.classes is None or flown_s <= TIME_TOLERANCE_S:
             return 0.0
-        ends = [
-            entry.end_s - self.buffer.start_s for entry in self.flown_until(state.time_s).entries
-        ]
-        movements = float(np.interp(flown_s, [0.0, *ends], np.arange(len(ends) + 1)))
         off_m = float(np.linalg.norm(planned.position_m - state.position_m))
-        return max(0.0, off_m - float(self.automaton.tube_m(movements)))
+        return max(0.0, off_m - self._tube_m(state.time_s, flown_s))
+
+    def _tube_m(self, time_s: float, flown_s: float) -> float:
+        """Radius of the tube at a time: that of the class flown, or of so many movements."""
+        classes, entry = self.automaton.classes, self._entry_at(time_s)
+        if classes is not None and classes.has_speeds and entry is not None:
+            start = self.state_at(entry.start_s)
+            at = classes.first if start is None else classes.class_at(float(start.attitude_rad[0]))
+            return float(classes.tube_of_movements_m[at, classes.names.index(entry.movement.name)])
+        ends = [entry.end_s - self.buffer.start_s for entry in self.flown_until(time_s).entries]
+        movements = float(np.interp(flown_s, [0.0, *ends], np.arange(len(ends) + 1)))
+        return float(self.automaton.tube_m(movements))
 
     # --- for how long ---------------------------------------------------------------------
 

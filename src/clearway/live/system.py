@@ -23,7 +23,7 @@ from clearway.base.checks import LARGEST, check_points, kind_of, number_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.inputs.readings import Reading
+from clearway.live.inputs.readings import TIME_TOLERANCE_S, Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Mode, Progress
 from clearway.live.outputs.alarms import AlarmFacts, AlarmWatch
@@ -40,6 +40,7 @@ from clearway.sensors import AnySensor
 from clearway.traffic.volumes import Alerts
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
+from clearway.vehicle.reference import Reference
 
 
 class AvoidanceSystem:
@@ -132,6 +133,16 @@ class AvoidanceSystem:
     def floor_m(self, height_m: float) -> None:
         self._known.floor_m = _height_or_none("floor_m", height_m)
 
+    @property
+    def ahead_s(self) -> float:
+        """How long before a movement of a vehicle with inertia ends the next one is decided; a
+        caller that asks at a set rate sets it, so that a question comes in time."""
+        return self._watch.ahead_s
+
+    @ahead_s.setter
+    def ahead_s(self, seconds: float) -> None:
+        self._watch.ahead_s = seconds if self.planner.automaton.has_inertia else 0.0
+
     # --- readings -------------------------------------------------------------------------
 
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
@@ -182,13 +193,18 @@ class AvoidanceSystem:
         blind = self._blind_s(now) is not None
         planner = insistence.decides(self._known, now, blind=blind) if insistence else self.planner
         situation, scan_age = self._situation(now)
-        commitment = self._plan.commitment(now, self.escape.within, blind=blind)
+        begins_s = situation.state.time_s if self.planner.automaton.has_inertia else now
+        commitment = self._plan.in_force(now).commitment(begins_s, self.escape.within, blind=blind)
+        if self.planner.automaton.has_inertia and commitment.under_way is not None:
+            # Begun anew in the middle of a movement: what was held began elsewhere.
+            commitment = replace(commitment, way_out=None, under_way=None)
         if self.progress.closed:
             commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
         decision = decide(planner, situation, commitment=commitment)
         self._watch.decided_for(situation)
         picture = self._looked_at(situation)
-        return self._adopt(decision, now, now_s, scan_age, picture)
+        self._follow(decision, now, begins_s)
+        return self._told_of(decision, now, now_s, scan_age, picture)
 
     def keep_up(self, now_s: float) -> None:
         """Do what is soon due beside decisions; for whoever has time between them."""
@@ -211,7 +227,18 @@ class AvoidanceSystem:
         self._alerts = picture.alerts
         return picture
 
-    def _adopt(
+    def _follow(self, decision: Decision, now: float, begins_s: float) -> None:
+        """From a time on what was decided is flown, and until then what is flown now."""
+        plan, classes = self._plan.in_force(now), self.planner.automaton.classes
+        ahead = begins_s > now + TIME_TOLERANCE_S
+        self._plan = plan.after(decision, begins_s, self.progress.goal, ahead=ahead)
+        at = None
+        if classes is not None and classes.has_speeds:
+            at = classes.class_at(float(decision.state.attitude_rad[0]))
+        self._known.flown.then(self._plan.buffer, at)
+        self._known.news, self._known.unchecked = "", False
+
+    def _told_of(
         self,
         decision: Decision,
         now: float,
@@ -220,9 +247,6 @@ class AvoidanceSystem:
         picture: TrafficPicture | None,
     ) -> FlightDecision:
         goal = self.progress.goal
-        self._plan = self._plan.after(decision, now, goal)
-        self._known.flown.then(self._plan.buffer)
-        self._known.news, self._known.unchecked = "", False
         blind_s = self._blind_s(now)
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
@@ -237,7 +261,8 @@ class AvoidanceSystem:
         if fresh:
             self._told = dict(self.counts)
         if self._known.clock.shifted:
-            decision = replace(decision, state=replace(decision.state, time_s=told_s))
+            later_s = decision.state.time_s - now
+            decision = replace(decision, state=replace(decision.state, time_s=told_s + later_s))
         return FlightDecision(
             told_s,
             self._mode,
@@ -309,6 +334,11 @@ class AvoidanceSystem:
         state = self._plan.state_at(self._known.clock.own(time_s))
         return replace(state, time_s=time_s) if state and self._known.clock.shifted else state
 
+    def reference_at(self, time_s: float) -> Reference | None:
+        """What the plan asks of the vehicle at a time: where to be, how fast, and how that changes;
+        None when `movement_at` is."""
+        return self._plan.reference_at(self._known.clock.own(time_s))
+
     # --- what is known now ----------------------------------------------------------------
 
     def situation(self, now_s: float) -> tuple[Situation, float]:
@@ -333,8 +363,23 @@ class AvoidanceSystem:
         mode = self._mode
         return mode is not None and mode.mode is Mode.ESCAPE is mode.before
 
+    def _start(self, now: float) -> State:
+        """The own state that a decision is taken for.
+
+        A vehicle with inertia that follows its plan: where the plan has it at the end of the
+        movement under way. Else where it is now, as far as is known.
+        """
+        state, plan = self._known.own_state(now), self._plan.in_force(now)
+        if not self._watch.keeps_to(self._plan):
+            return state
+        planned = plan.state_at(plan.next_s(now))
+        if planned is None:
+            return state
+        stds = {"position_std_m": state.position_std_m, "attitude_std_rad": state.attitude_std_rad}
+        return replace(planned, **stds)
+
     def _situation(self, now: float) -> tuple[Situation, float]:
-        state = self._known.own_state(now)
+        state = self._start(now)
         if self._known.route_planner is not None:
             return self._known.with_detections(state, now)
         last = self._plan.decision

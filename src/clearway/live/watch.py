@@ -26,19 +26,28 @@ class PlanWatch:
         self._planner, self._known = planner, known
         self._kept_m = np.inf  # The margin that the plan was last held against, at its widest.
         self._held_against: State | None = None  # The own state last held against the plan's tube.
+        self._astray = False  # Whether that state left it.
+        self.ahead_s = 0.0
+        """How long before a movement ends the next one is decided."""
 
     def decided_for(self, situation: Situation) -> None:
         """A plan was made for a situation: the margin kept there is no news."""
+        self._astray = False
         self._kept_m = widest_margin_m(self._planner, situation)
 
     def due(self, plan: Plan, now: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on."""
         known = self._known
         strayed = self._strayed(plan)  # Counted also where a decision is due anyway.
-        due = plan.due(now, known.progress.goal) or strayed
+        due = plan.due(now + self.ahead_s, known.progress.goal)
+        if self._planner.automaton.has_inertia:
+            due = strayed or due  # The margin grows by it: the log says so.
+        due = due or strayed
         if due or not (known.news or self._margin_has_grown(plan, now)):
             return due
-        if known.news and not (self._planner.settings.verify and plan.in_first_movement(now)):
+        if known.news and not (
+            self._planner.settings.verify and plan.in_first_movement(now + self.ahead_s)
+        ):
             return known.news
         if not known.unchecked:
             return None
@@ -60,14 +69,38 @@ class PlanWatch:
         if latest is self._held_against:
             return None
         self._held_against = latest
+        beyond_m = self._beyond_m(plan)
+        if beyond_m <= 0.0:
+            return None
+        known.counts["state: outside the tube of its plan"] += 1
+        if not self._planner.automaton.has_inertia:
+            return f"the vehicle is {plan.strayed_m(latest):.2f} m outside the tube of its plan"
+        widened_m = known.tracking.excess_m(latest.time_s)
+        if known.followed:
+            known.tracking.take(latest.time_s, beyond_m)
+        self._astray = beyond_m > widened_m
+        if not self._astray:
+            return None
+        return (
+            f"the vehicle is {beyond_m:.2f} m outside the tube of its plan; the margin grows by "
+            f"{known.tracking.excess_m(latest.time_s):.2f} m"
+        )
+
+    def _beyond_m(self, plan: Plan) -> float:
+        """By how much the latest own state lies outside the tube, beyond what is unsure of it."""
+        known = self._known
+        latest = known.own_states.latest
         settings, flown_s = self._planner.settings, latest.time_s - plan.buffer.start_s
         unsure_mps = known.wind.sigma_mps if known.wind.wind_mps.any() else 0.0
         unsure_m = settings.sigmas * (latest.position_std_m + unsure_mps * max(flown_s, 0.0))
-        beyond_m = plan.strayed_m(latest)
-        if beyond_m <= unsure_m:
-            return None
-        known.counts["state: outside the tube of its plan"] += 1
-        return f"the vehicle is {beyond_m:.2f} m outside the tube of its plan"
+        return plan.strayed_m(latest) - unsure_m
+
+    def keeps_to(self, plan: Plan) -> bool:
+        """Whether a vehicle with inertia follows the plan: it then stays what is asked of it."""
+        if not (self._planner.automaton.has_inertia and self._known.followed):
+            return False
+        self._strayed(plan)
+        return not self._astray
 
     def _margin_has_grown(self, plan: Plan, now: float) -> bool:
         """Whether more must be kept now than the plan has been held against; it then is anew."""

@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from clearway.live.guard.guard_session import GuardSession
+from clearway.live.guard.guard_session import GuardSession, looking_past
 from clearway.live.link.loop import Loop
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.check import problems
@@ -40,8 +40,8 @@ class GuardTerms:
     """A wish counts for so long after it came."""
     hold_s: float = 0.5
     """For so long it is verified to be flown on."""
-    acceleration_mps2: float = math.inf
-    """At which the vehicle changes its velocity."""
+    acceleration_mps2: float | None = None
+    """At which the vehicle changes its velocity; None for its own, or a cautious one."""
 
 
 @dataclass(slots=True)
@@ -109,8 +109,10 @@ def set_up_mavlink_guard(
         setup = replace(setup, sensors=() if sensor is None else (sensor,))
         setup.refuse_coarse_beams()
         guardian = setup.guardian(terms.hold_s, terms.acceleration_mps2)
+        notice(guardian.braking)
         notice_escape(guardian.escape, sensor, notice)
         over = make_mavlink_terms(file, setup, options)
+        over = replace(over, session=looking_past(over.session))
         core = GuardSession(guardian, sensor, over.session, counts, wish_s=terms.wish_s)
         session = GuardMavlinkSession(core, sensor, over, counts)
         check = None if key is None else SignatureCheck(key)

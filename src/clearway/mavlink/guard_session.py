@@ -72,7 +72,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         messages = self._why(guarded, outcome.time_s)
         if outcome.wished is not None:
             return [same_again(outcome.wished, *at), *messages]
-        if guarded.is_wish:
+        if guarded.is_velocity:
             rate = guarded.yaw_rate_rps
             return [encode_velocity(guarded.velocity_mps, rate, *at), *messages]
         return [*self._set_points(outcome.set_point, outcome.time_s), *messages]

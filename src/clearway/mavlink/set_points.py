@@ -1,4 +1,5 @@
-"""Set-points as SET_POSITION_TARGET_LOCAL_NED: position and velocity on a plan, or a place held."""
+"""Set-points as SET_POSITION_TARGET_LOCAL_NED: position, velocity and acceleration on a plan, or a
+place held."""
 
 from __future__ import annotations
 
@@ -13,6 +14,8 @@ LOCAL_NED = 1
 NO_ACCELERATION, NO_YAW_RATE, NO_VELOCITY = 0x1C0, 0x800, 0x038
 FOLLOW = NO_ACCELERATION | NO_YAW_RATE
 """Type mask: position, velocity and yaw count."""
+FOLLOW_WHOLLY = 0
+"""Type mask: acceleration and yaw rate count too."""
 HOLD = FOLLOW | NO_VELOCITY
 """Type mask: position and yaw count."""
 
@@ -26,7 +29,9 @@ def encode_set_point(
 ) -> Message:
     """The message for an autopilot; world_from_local_m: [3] its origin in the world frame."""
     place = ned_from_enu(set_point.position_m - world_from_local_m).tolist()
-    moving = set_point.velocity_mps is not None
+    mask = HOLD if set_point.velocity_mps is None else FOLLOW
+    mask = mask if set_point.acceleration_mps2 is None else FOLLOW_WHOLLY
+    faster = np.zeros(3) if set_point.acceleration_mps2 is None else set_point.acceleration_mps2
     velocity = ned_from_enu(
         np.zeros(3) if set_point.velocity_mps is None else set_point.velocity_mps
     )
@@ -35,23 +40,28 @@ def encode_set_point(
         system,
         component,
         LOCAL_NED,
-        FOLLOW if moving else HOLD,
+        mask,
         *place,
         *velocity.tolist(),
-        *[0.0, 0.0, 0.0],
+        *ned_from_enu(faster).tolist(),
         _heading(set_point),
-        0.0,
+        -set_point.yaw_rate_rps if mask == FOLLOW_WHOLLY else 0.0,
     )
 
 
 def set_point_row(set_point: SetPoint, world_from_local_m: FloatArray) -> dict[str, object]:
     """For the log: the fields as sent, north, east, down."""
     velocity = None if set_point.velocity_mps is None else ned_from_enu(set_point.velocity_mps)
+    faster = set_point.acceleration_mps2
     place = ned_from_enu(set_point.position_m - world_from_local_m)
+    told = {} if faster is None else {
+        "acceleration_ned_mps2": [round(v, 3) for v in ned_from_enu(faster).tolist()]
+    }  # fmt: skip
     return {
         "position_ned_m": [round(float(v), 3) for v in place],
         "velocity_ned_mps": None if velocity is None else [round(v, 3) for v in velocity],
         "yaw_ned_rad": round(_heading(set_point), 4),
+        **told,
     }
 
 

@@ -23,10 +23,10 @@ from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
-from clearway.mavlink.simulated_habits import Habits
+from clearway.mavlink.simulated_habits import Habits, default_habits
 from clearway.mavlink.simulated_targets import Target, VelocityTarget, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
-from clearway.mavlink.simulated_vehicle import VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
 from clearway.mavlink.wire import frames_in
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
@@ -59,7 +59,13 @@ class SimulatedAutopilot:
         self.refused: Counter[str] = Counter()
         self.texts: list[str] = []
         self.time_s = 0.0
-        self.habits = habits or Habits()
+        self.habits = habits = habits or default_habits(setup.planner.automaton)
+        self._limits = VehicleLimits(
+            setup.planner.speed_mps,
+            habits.acceleration_mps2,
+            habits.climb_acceleration_mps2,
+            habits.tilt_s,
+        )
         self._setup, self._link = setup, link
         self._packer = Packer(1, 1, key)
         self._check = None if key is None else SignatureCheck(key)
@@ -152,14 +158,8 @@ class SimulatedAutopilot:
         away = np.array(self.habits.led_away_mps)
         if not self.follows:
             target = VelocityTarget(away, 0.0) if away.any() else None
-        cruise = self._setup.planner.speed_mps
-        self.truth = self.truth.after(
-            step,
-            target or hover,
-            cruise,
-            self.habits.acceleration_mps2,
-            self.habits.climb_acceleration_mps2,
-        )
+        told_for_s = self.time_s - self._target_s - self.habits.dead_s
+        self.truth = self.truth.after(step, target or hover, self._limits, told_for_s)
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""

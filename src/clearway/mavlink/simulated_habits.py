@@ -7,6 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.avoidance.plan.time_cost import speed_abilities
+from clearway.vehicle.automaton import MovementAutomaton
+
+TILT_S = 0.15
+"""Of a copter of some kilograms."""
+STRONGER = 1.5
+"""Acceleration that a copter has, in those that it is flown with: some is needed to correct."""
+
 
 @dataclass(frozen=True, slots=True)
 class Habits:
@@ -31,6 +39,8 @@ class Habits:
     acceleration_mps2: float = math.inf
     climb_acceleration_mps2: float = math.inf
     """Up and down."""
+    tilt_s: float = 0.0
+    """Acceleration comes with this time constant, since it tilts first: a copter with inertia."""
     dead_s: float = 0.0
     """What it is told moves it so much later."""
     traffic_every_s: float = 0.0
@@ -62,3 +72,13 @@ class Habits:
             return 0.0
         parts = [self.seed, round(1000.0 * time_s), *name.encode()]
         return float(np.random.default_rng(parts).uniform(0.0, self.traffic_late_s))
+
+
+def default_habits(automaton: MovementAutomaton) -> Habits:
+    """Of a vehicle with inertia those of a copter that tilts, a little stronger than it is flown;
+    else none."""
+    if not automaton.has_inertia:
+        return Habits()
+    return Habits(
+        tilt_s=TILT_S, acceleration_mps2=STRONGER * speed_abilities(automaton).acceleration_mps2
+    )

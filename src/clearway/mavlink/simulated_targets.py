@@ -9,7 +9,7 @@ import numpy as np
 from clearway.base.frames import FloatArray, enu_from_ned, world_from_body
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.dialect import Message
-from clearway.mavlink.set_points import LOCAL_NED, NO_VELOCITY, NO_YAW_RATE
+from clearway.mavlink.set_points import LOCAL_NED, NO_ACCELERATION, NO_VELOCITY, NO_YAW_RATE
 from clearway.mavlink.wishes import BODY_FRAMES, NO_PLACE, WORLD_FRAMES
 
 
@@ -38,7 +38,12 @@ def target_of(message: Message, yaw_rad: float, height_off_m: float) -> Target |
         place = enu_from_ned([message.x, message.y, message.z])
         place[2] += height_off_m
         yaw = np.pi / 2.0 - message.yaw
-        return SetPoint(place, None if mask & NO_VELOCITY else velocity, float(yaw))
+        if mask & NO_VELOCITY:
+            return SetPoint(place, None, float(yaw))
+        rate = 0.0 if mask & NO_YAW_RATE else -float(message.yaw_rate)
+        faster = enu_from_ned([message.afx, message.afy, message.afz])
+        told = None if mask & NO_ACCELERATION else faster
+        return SetPoint(place, velocity, float(yaw), told, rate)
     if mask & NO_VELOCITY or frame not in (*WORLD_FRAMES, *BODY_FRAMES):
         return None
     if frame in BODY_FRAMES:

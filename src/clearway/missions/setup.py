@@ -123,7 +123,7 @@ class FlightSetup:
             self.planner, self.mission, lidars=self.sensors, obstacle_map=self.obstacle_map
         )
 
-    def guardian(self, hold_s: float, acceleration_mps2: float) -> Guardian:
+    def guardian(self, hold_s: float, acceleration_mps2: float | None) -> Guardian:
         """A fresh guardian for the vehicle of the mission; its goals count for nothing."""
         from clearway.live.guard.guardian import Guardian  # Most flights have none.
 

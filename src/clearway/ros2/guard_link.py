@@ -6,15 +6,13 @@ import time
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from clearway.base.frames import FloatArray, wrap_angle
+from clearway.base.frames import FloatArray
 from clearway.live.guard.guard_session import GuardSession
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import LATCHED, Quality
-from clearway.ros2.kinds import SET_POINT_KINDS, Heard, base_of
+from clearway.ros2.kinds import SET_POINT_KINDS, Heard
 from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import SetPointParameters
 from clearway.ros2.topic_link import TopicLink
@@ -22,8 +20,6 @@ from clearway.ros2.wishes import wish_maker
 
 NEWEST = Quality(reliable=False, depth=1)
 """Of commands the newest counts; a reader of best effort hears reliable ones too."""
-PULL_PER_S, MOST_PULL = 1.0, 0.3
-"""Speed towards what is in hand for every metre (radian) off it; at most, in own speeds (rad/s)."""
 
 
 class GuardLink(TopicLink[GuardSession]):
@@ -77,33 +73,12 @@ class GuardLink(TopicLink[GuardSession]):
         if same and outcome.wished is not None:
             return outcome.wished
         guarded = outcome.guarded
+        if guarded is None or not guarded.is_velocity or one.type == "Path":
+            return self.set_point_message(one, point, time_s)
+        velocity, rate = guarded.velocity_mps, guarded.yaw_rate_rps
         if one.type in ("Twist", "TwistStamped"):
-            velocity, rate = self._velocity(outcome, point)
-            base = base_of(one, given)
-            motion = self.session.motion
-            yaw = None if base is None or motion is None else motion.heading_rad
-            return told.twist_message(
-                one.type, velocity, rate, time_s, base or given.map_frame, yaw
-            )
-        if guarded is not None and guarded.is_wish and one.type != "Path":
-            rate = guarded.yaw_rate_rps
-            return told.make_velocity_message(
-                one.type, guarded.velocity_mps, rate, time_s, given.map_frame
-            )
-        return told.make_set_point_message(one.type, point, time_s, given.map_frame)
-
-    def _velocity(self, outcome: TickOutcome, point: SetPoint) -> tuple[FloatArray, float]:
-        """[3] and a yaw rate: what is flown, drawn to where it has the vehicle."""
-        velocity = np.zeros(3) if point.velocity_mps is None else point.velocity_mps
-        guarded, motion = outcome.guarded, self.session.motion
-        rate = 0.0 if guarded is None else guarded.yaw_rate_rps
-        if motion is None or guarded is None or guarded.is_wish:
-            return velocity, rate
-        pull = PULL_PER_S * (point.position_m - motion.position_m)
-        most = MOST_PULL * self.session.speed_mps
-        pull *= min(1.0, most / max(float(np.linalg.norm(pull)), 1e-9))
-        turn = PULL_PER_S * float(wrap_angle(point.yaw_rad - motion.heading_rad))
-        return velocity + pull, rate + float(np.clip(turn, -MOST_PULL, MOST_PULL))
+            return self.velocity_message(one, velocity, rate, time_s)
+        return told.make_velocity_message(one.type, velocity, rate, time_s, given.map_frame)
 
     def end(self) -> None:
         """To hold, where the vehicle was led."""
@@ -112,7 +87,4 @@ class GuardLink(TopicLink[GuardSession]):
             return
         time_s = self.session.clock.now(time.monotonic())
         for one in self.parameters.set_points:
-            frame = self.parameters.map_frame
-            base = base_of(one, self.parameters)
-            message = told.make_set_point_message(one.type, last, time_s, frame, base)
-            self.publish(one.topic, message)
+            self.publish(one.topic, self.set_point_message(one, last, time_s))

@@ -63,7 +63,7 @@ class GuardParameters(ParameterSection):
     hold_s: float = Field(default=0.5, gt=0.0, le=10.0)
     """For so long a wish is verified to be flown on."""
     acceleration_mps2: float | None = Field(default=None, gt=0.0)
-    """At which the vehicle changes its velocity; by default at once."""
+    """At which the vehicle changes its velocity; by default the mission's, or a cautious 3 m/s2."""
 
 
 class NodeParameters(ParameterSection):

@@ -13,7 +13,7 @@ from clearway.live.link.session import Session
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import LATCHED, USUAL
-from clearway.ros2.kinds import Heard, base_of
+from clearway.ros2.kinds import Heard
 from clearway.ros2.topic_link import TopicLink
 
 MOST_GOALS = 1000
@@ -92,10 +92,7 @@ class Ros2Link(TopicLink[Session]):
     def _tell_set_point(self, point: SetPoint, time_s: float) -> None:
         given = self.parameters
         for one in given.set_points if given.act else ():
-            message = told.make_set_point_message(
-                one.type, point, time_s, given.map_frame, base_of(one, given)
-            )
-            self.publish(one.topic, message)
+            self.publish(one.topic, self.set_point_message(one, point, time_s))
 
     def end(self) -> None:
         """To hold, where the vehicle was led."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.live.guard.guard_session import GuardSession
+from clearway.live.guard.guard_session import GuardSession, looking_past
 from clearway.live.link.aircraft import TrafficTerms
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.hearing import SessionTerms
@@ -97,10 +96,10 @@ def set_up_ros2_guard(
     if names(given.topic) in [names(one.topic) for one in parameters.set_points]:
         raise InputError("guard.topic", f"{names(given.topic)} is what the guardian publishes")
     setup = NodeSetup.of(parameters, notice)
-    acceleration = math.inf if given.acceleration_mps2 is None else given.acceleration_mps2
-    guardian = setup.flight.guardian(given.hold_s, acceleration)
+    guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)
+    notice(guardian.braking)
     notice(str(guardian.escape))
-    terms = _terms(setup, parameters)
+    terms = looking_past(_terms(setup, parameters))
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
 
     def link_on(bus: TopicBus) -> GuardLink:

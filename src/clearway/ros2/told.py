@@ -17,9 +17,9 @@ from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.ros2.messages import made
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)
-FOLLOW, HOLD, VELOCITY = 0x9C0, 0x9F8, 0x5C7
-"""Type masks of mavros_msgs/PositionTarget: place, velocity and yaw count; place and yaw; velocity
-and yaw rate."""
+FOLLOW_WHOLLY, FOLLOW, HOLD, VELOCITY = 0x000, 0x9C0, 0x9F8, 0x5C7
+"""Type masks of mavros_msgs/PositionTarget: all counts; place, velocity and yaw; place and yaw;
+velocity and yaw rate."""
 LOCAL_NED = 1
 """FRAME_LOCAL_NED, which mavros turns from z-up itself."""
 OK, WARN, ERROR = 0, 1, 2
@@ -49,13 +49,10 @@ def turned(yaw_rad: float) -> Any:
     )  # fmt: skip
 
 
-def make_set_point_message(
-    kind: str, told: SetPoint, time_s: float, frame: str, base: str | None = "base_link"
-) -> Any:
-    """A set-point as one of the kinds that `parameters.SetPointParameters` names.
-
-    base: the frame of the body where a Twist is to be told in it; None tells it in the map's.
-    """
+def make_set_point_message(kind: str, told: SetPoint, time_s: float, frame: str) -> Any:
+    """A set-point as one of the kinds that `parameters.SetPointParameters` names, but for those of
+    velocity alone."""
+    faster, rate = told.acceleration_mps2, told.yaw_rate_rps
     velocity = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
     if kind == "TrajectorySetpoint":
         moving = told.velocity_mps is not None
@@ -64,24 +61,24 @@ def make_set_point_message(
             timestamp=max(0, int(time_s * 1e6)),
             position=ned_from_enu(told.position_m).astype(np.float32),
             velocity=ned_from_enu(velocity).astype(np.float32) if moving else NAN3,
-            acceleration=NAN3,
+            acceleration=NAN3 if faster is None else ned_from_enu(faster).astype(np.float32),
             jerk=NAN3,
             yaw=math.remainder(0.5 * math.pi - told.yaw_rad, 2.0 * math.pi),
-            yawspeed=math.nan,
+            yawspeed=math.nan if faster is None else -rate,
         )
     if kind == "PositionTarget":
+        mask = HOLD if told.velocity_mps is None else FOLLOW
         return made(
             "mavros_msgs/msg/PositionTarget",
             header=header(time_s, frame),
             coordinate_frame=LOCAL_NED,
-            type_mask=HOLD if told.velocity_mps is None else FOLLOW,
+            type_mask=mask if faster is None else FOLLOW_WHOLLY,
             position=point(told.position_m),
             velocity=point(velocity, "Vector3"),
+            acceleration_or_force=point(np.zeros(3) if faster is None else faster, "Vector3"),
             yaw=told.yaw_rad,
+            yaw_rate=0.0 if faster is None else rate,
         )
-    if kind in ("Twist", "TwistStamped"):
-        yaw = None if base is None else told.yaw_rad
-        return twist_message(kind, velocity, 0.0, time_s, base or frame, yaw)
     ahead = [told.position_m, told.position_m + AHEAD_S * velocity]
     return path_message(np.array(ahead), time_s, frame)
 

@@ -15,6 +15,7 @@ from clearway.live.link.aircraft import AircraftReport
 from clearway.live.link.hearing import Hearing
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.set_point import SetPoint
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
 from clearway.ros2.aircraft import aircraft_in_frame, read_ros2_aircraft
@@ -22,10 +23,15 @@ from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, Topic
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
-from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard
+from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard, base_of
 from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
-from clearway.ros2.parameters import CloudParameters, Names, NodeParameters
+from clearway.ros2.parameters import (
+    CloudParameters,
+    Names,
+    NodeParameters,
+    SetPointParameters,
+)
 from clearway.ros2.placed_clouds import EMPTY, WRONG_FRAMES, PlacedClouds
 from clearway.ros2.transforms import HERE, Transforms, transform_of
 from clearway.sensors import Lidar
@@ -262,6 +268,25 @@ class TopicLink(Generic[S]):
         words = f"{outcome.state}{': ' if more else ''}{more}"
         now = self.session.clock.now(wall_s)
         self.publish("/diagnostics", told.diagnostics("clearway", level, words, values, now))
+
+    def set_point_message(self, one: SetPointParameters, point: SetPoint, time_s: float) -> Any:
+        """A set-point as the message of a topic; of velocity alone, drawn to its place."""
+        given, motion = self.parameters, self.session.motion
+        if one.type not in ("Twist", "TwistStamped") or motion is None:
+            return told.make_set_point_message(one.type, point, time_s, given.map_frame)
+        place, heading = motion.position_m, motion.heading_rad
+        velocity, rate = point.as_velocity(place, heading, self.session.speed_mps)
+        return self.velocity_message(one, velocity, rate, time_s)
+
+    def velocity_message(
+        self, one: SetPointParameters, velocity_mps: FloatArray, rate_rps: float, time_s: float
+    ) -> Any:
+        """A Twist, in the body as it points now, or in the map."""
+        given, motion = self.parameters, self.session.motion
+        base = base_of(one, given)
+        yaw = None if base is None or motion is None else motion.heading_rad
+        frame = base or given.map_frame
+        return told.twist_message(one.type, velocity_mps, rate_rps, time_s, frame, yaw)
 
     def publish(self, name: str, message: Any) -> None:
         """A message, or one in CDR as it came, on a topic by its name in the parameters."""

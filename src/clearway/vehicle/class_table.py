@@ -122,6 +122,20 @@ class ClassTable:
         number = round(roll_rad / LABEL_RAD) - 1
         return number if 0 <= number < len(self.classes) else self.first
 
+    def class_near(self, speed_mps: float, climb_mps: float) -> int:
+        """The class whose speed and rate of climb are nearest; of those as near the first."""
+        off = np.hypot(self.speed_mps - speed_mps, self.climb_mps - climb_mps)
+        return int(np.argmin(off))
+
+    def motion_along(self, at: int, movement: int, share: float) -> tuple[float, float]:
+        """Speed and rate of climb after a share in [0, 1] of a movement: both change evenly."""
+        end = self.after(at, movement)
+        speed, climb = (
+            float(each[at] + share * (each[end] - each[at]))
+            for each in (self.speed_mps, self.climb_mps)
+        )
+        return speed, climb
+
     def classes_at(self, roll_rad: FloatArray) -> IntArray:
         """[n] `class_at` of rolls [n]."""
         number = np.rint(roll_rad / LABEL_RAD).astype(np.int64) - 1

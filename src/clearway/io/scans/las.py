@@ -46,7 +46,7 @@ class Unit(NamedTuple):
     metres: float
 
 
-class Reference(NamedTuple):
+class CloudReference(NamedTuple):
     """What a file says about its coordinates."""
 
     crs: str | None
@@ -141,7 +141,7 @@ def _is_compressed(path: Path) -> bool:
     return bool(form >= COMPRESSED_FORMAT)
 
 
-def _cloud(path: Path, las: Any, reference: Reference) -> PointCloud:
+def _cloud(path: Path, las: Any, reference: CloudReference) -> PointCloud:
     classes = np.asarray(las.classification, dtype=np.uint8)
     noise = np.isin(classes, NOISE_CLASSES)
     withheld = np.asarray(las.withheld, dtype=bool) & ~noise
@@ -164,7 +164,7 @@ def _cloud(path: Path, las: Any, reference: Reference) -> PointCloud:
     )
 
 
-def _reference(path: Path, las: Any) -> Reference:
+def _reference(path: Path, las: Any) -> CloudReference:
     """Units by the CRS, else by the GeoTIFF keys, else metres and a note."""
     empty = _emptied(las.header)
     found = _reference_told(path, las)
@@ -184,7 +184,7 @@ def _emptied(header: Any) -> tuple[str, ...]:
     return (f"empty WKT records in the header: {len(records)}",) if records else ()
 
 
-def _reference_told(path: Path, las: Any) -> Reference:
+def _reference_told(path: Path, las: Any) -> CloudReference:
     try:
         crs: Any = las.header.parse_crs()
     except (ValueError, RuntimeError) as cause:
@@ -197,8 +197,8 @@ def _reference_told(path: Path, las: Any) -> Reference:
             _check_no_degrees(path, las.header)
             note = "no CRS in the file: metres assumed"
             metres = Unit("metres", 1.0)
-            return Reference(None, metres, vertical or metres, (note,))
-        return Reference(None, horizontal, vertical or horizontal, ())
+            return CloudReference(None, metres, vertical or metres, (note,))
+        return CloudReference(None, horizontal, vertical or horizontal, ())
     axes = crs.axis_info
     if crs.is_geocentric:
         raise InputError(
@@ -216,7 +216,7 @@ def _reference_told(path: Path, las: Any) -> Reference:
     if len(units) > 2:
         vertical = units[2]
     notes = () if vertical else (f"no vertical unit in the CRS: {units[0].name} assumed",)
-    return Reference(str(crs.name), units[0], vertical or units[0], notes)
+    return CloudReference(str(crs.name), units[0], vertical or units[0], notes)
 
 
 def _check_no_degrees(path: Path, header: Any) -> None:

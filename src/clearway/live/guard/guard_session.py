@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.frames import FloatArray, world_from_body
+from clearway.live.guard.aircraft_ahead import LOOKS_S
 from clearway.live.guard.guardian import Guardian
 from clearway.live.guard.wish import VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
@@ -39,6 +40,12 @@ class Wished(NamedTuple):
     """As it came."""
     heard_s: float
     """By the vehicle's clock."""
+
+
+def looking_past(terms: SessionTerms) -> SessionTerms:
+    """Terms by which aircraft are heard of as early as wishes are checked against them."""
+    seconds = max(terms.traffic.horizon_s, LOOKS_S)
+    return replace(terms, traffic=replace(terms.traffic, horizon_s=seconds))
 
 
 class GuardSession(Hearing):
@@ -167,7 +174,7 @@ class GuardSession(Hearing):
     def _leading(self, guarded: Guarded | None, now: float) -> SetPoint | None:
         if self._own is None:
             return None
-        if guarded is not None and guarded.is_wish:
+        if guarded is not None and guarded.is_velocity:
             return guarded.set_point
         if guarded is None and self.state is not LinkState.STALE:
             return None

@@ -23,17 +23,20 @@ from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.situation import Situation
+from clearway.avoidance.plan.situation import Situation, margin_m
 from clearway.base.brief import one_line
 from clearway.base.checks import above_zero_problem, collect_problems
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.guard.aircraft_ahead import AircraftAhead
+from clearway.live.guard.braking import find_braking
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
+from clearway.live.inputs.own_states import split_velocity
 from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.link.guarded import Guarded
@@ -47,6 +50,9 @@ from clearway.sensors import AnySensor
 LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
 PASSES = "the wish keeps the margin and leaves a way out"
+WOULD_MEET = "the wish would meet an aircraft before it has passed"
+NEAR_M = 0.3
+"""Off what is in hand, at most half a margin: a vehicle that follows it is nearer."""
 NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 
 
@@ -56,9 +62,9 @@ class Guardian:
     start: where it takes over. lidars, obstacle_map: as of `AvoidanceSystem`. hold_s: for how long
     a wish counts; after that a vehicle that can stop brakes, and then the way out is flown, until
     the next call.
-    acceleration_mps2: at which a vehicle that can stop changes its velocity; a finite one adds the
-    room to brake. Raises
-    ClearwayError for a planner that asks for no ways out, or a vehicle that has none.
+    acceleration_mps2: at which a vehicle that can stop changes its velocity; None takes that of a
+    vehicle with inertia, and 3 m/s2 of any other, which `braking` says. Raises ClearwayError for a
+    planner that asks for no ways out, or a vehicle that has none.
 
     >>> import numpy as np
     >>> import clearway as cw
@@ -83,10 +89,10 @@ class Guardian:
         lidars: Sequence[AnySensor] = (),
         obstacle_map: ObstacleMap | None = None,
         hold_s: float = 0.5,
-        acceleration_mps2: float = math.inf,
+        acceleration_mps2: float | None = None,
     ) -> None:
         problems = collect_problems([above_zero_problem("hold_s", hold_s)])
-        if not acceleration_mps2 > 0.0:
+        if acceleration_mps2 is not None and not acceleration_mps2 > 0.0:
             problems.append("acceleration_mps2: must be above 0")
         if problems:
             raise InputError("guardian", problems)
@@ -97,10 +103,12 @@ class Guardian:
         escapes = self.planner.escapes
         if escapes is None:
             raise ClearwayError(f"guardian: needs ways out; {self.escape.why}")
-        if planner.automaton.table is not None:
+        if planner.automaton.table is not None and not planner.automaton.has_inertia:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
         self._escapes = escapes
-        self.hold_s, self.acceleration_mps2 = hold_s, acceleration_mps2
+        self.hold_s = hold_s
+        self.acceleration_mps2, self.braking = find_braking(planner, acceleration_mps2)
+        """Of the vehicle, and in words where that is from."""
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
         self._mission = Mission("guarded", start, waypoints_m=ahead[None])
@@ -190,23 +198,71 @@ class Guardian:
         state = replace(self._known.own_state(now), time_s=now)
         velocity = self._own_velocity(own_velocity_mps, now)
         around = in_calm(self._known.around(state, now))
-        if wish is not None:
+        evades = self._evades(wish, state, velocity, around)
+        if evades is not None:
+            wish, self._why = evades, WOULD_MEET
+            leg, checked = self._checked(evades, state, velocity, around)
+            if not checked.flaw and checked.way_out is not None:
+                self._hold_leg(leg, checked.way_out, now)
+                passes = self._passes(evades, leg, checked, now_s, unchanged=False)
+                return replace(passes, slowed=False, evades=True)
+        elif wish is not None:
             wished, fastest = wish, self.planner.speed_mps
             if self.planner.automaton.can_stop:
                 wish = wish.slowed_to(fastest)
             leg, checked = self._checked(wish, state, velocity, around)
             if not checked.flaw and checked.way_out is not None:
-                self.held = Held.of_leg(self.planner.automaton, leg, checked.way_out)
-                self._known.flown.until(now)
-                self._settle()
+                self._hold_leg(leg, checked.way_out, now)
                 same = wish is wished
                 self._why = PASSES if same else f"slowed to {fastest:g} m/s; {PASSES}"
                 return self._passes(wish, leg, checked, now_s, unchanged=same)
             self._why = f"the wish {checked.flaw}"
         else:
             self._why = "nobody wishes anything"
-        decision = self._instead(wish, state, velocity, around, now)
+        decision = self._instead(wish, self._from_held(state, now), velocity, around, now)
         return self._replaced(now, now_s, decision)
+
+    def _hold_leg(self, leg: Leg, way: WayOut, now: float) -> None:
+        self.held = Held.of_leg(self.planner.automaton, leg, way)
+        self._known.flown.until(now)
+        self._settle()
+
+    def _evades(
+        self, wish: Wish | None, state: State, velocity: FloatArray, around: Situation
+    ) -> VelocityWish | None:
+        """What to fly in place of a wish that would meet an aircraft until that has passed; None
+        where it would not, and for vehicles that cannot stop."""
+        automaton, settings = self.planner.automaton, self.planner.settings
+        if not around.intruders or not automaton.can_stop:
+            return None
+        wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
+        ahead = AircraftAhead(
+            state.position_m,
+            velocity,
+            [one.at(state.time_s) for one in around.intruders],
+            margin_m(settings, around),
+            settings.sigmas,
+            self.acceleration_mps2,
+        )
+        clear = ahead.nearest_clear(wished, automaton)
+        return None if clear is None else VelocityWish(clear)
+
+    def _from_held(self, state: State, now: float) -> State:
+        """The own state that a decision starts from: on what is in hand while the vehicle is near
+        it, so that it neither creeps where it holds nor starts anew in the middle of a movement."""
+        held, automaton = self.held, self.planner.automaton
+        if held is None or not automaton.can_stop:
+            return state
+        there, velocity = held.at(now)
+        stands = not velocity.any()
+        off_m = float(np.linalg.norm(there.position_m - state.position_m))
+        near_m = min(NEAR_M, 0.5 * self.planner.settings.safety_margin_m)
+        if off_m > near_m or not (stands or (automaton.has_inertia and held.leg is None)):
+            return state
+        kept = replace(state, position_m=there.position_m, attitude_rad=there.attitude_rad)
+        if automaton.classes is None:
+            return kept
+        return automaton.in_class(kept, automaton.classes.class_near(*split_velocity(velocity)))
 
     def state_at(self, time_s: float) -> State | None:
         """Where what is in hand has the vehicle at a time; None before anything is."""
@@ -217,7 +273,11 @@ class Guardian:
         """What is in hand as a set-point of a time; None before anything is."""
         if self.held is None:
             return None
-        state, velocity = self.held.at(self._known.clock.own(time_s))
+        own_s = self._known.clock.own(time_s)
+        asked = self.held.reference_at(own_s)
+        if asked is not None:
+            return SetPoint.of_reference(asked)
+        state, velocity = self.held.at(own_s)
         return SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
 
     def let_go(self) -> None:
@@ -278,7 +338,10 @@ class Guardian:
                 self._why += "; what is in hand is flown on"
                 return None
         self.held = Held.of_decision(self.planner.automaton, decision)
-        self._known.flown.then(self.held.movements)
+        classes, at = self.planner.automaton.classes, None
+        if classes is not None:
+            at = classes.class_at(float(decision.state.attitude_rad[0]))
+        self._known.flown.then(self.held.movements, at)
         self._passings = decision.passings
         self._settle()
         self._why += f"; {explanation(decision, Mode.AVOIDANCE, self.obstacle_map)}"

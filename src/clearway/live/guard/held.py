@@ -15,6 +15,7 @@ from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.live.plan import MOST_ROUNDS
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
+from clearway.vehicle.reference import Reference
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,14 +69,39 @@ class Held:
         flown = self._flown_until(time_s)
         time_s = min(max(time_s, flown.start_s), flown.end_s)
         before, after = flown.split(time_s)
+        movement = (after.entries or before.entries[-1:])[0].movement
+        asked = self._asked(flown, start, time_s)
+        if asked is not None:
+            attitude = np.array([*start.attitude_rad[:2], asked.yaw_rad])
+            state = replace(start, position_m=asked.position_m, attitude_rad=attitude)
+            return replace(state, time_s=time_s), asked.velocity_mps
         vector = start.vector
         if before.entries:
             vector = before.rollout(self.automaton, vector, np.inf).states[-1]
         state = replace(start, position_m=vector[:3], attitude_rad=vector[3:], time_s=time_s)
-        movement = (after.entries or before.entries[-1:])[0].movement
         velocity = movement.speed_mps * world_from_body(vector[3:])[:, 0]
         velocity[2] += movement.climb_mps or 0.0
         return state, velocity
+
+    def reference_at(self, time_s: float) -> Reference | None:
+        """What it asks of a vehicle with inertia at a time; None during a leg, and of others."""
+        start, flown = self.start, self._flown_until(time_s)
+        if self.leg is not None:
+            if time_s - self.start.time_s < self.leg.end_s:
+                return None
+            start = self.leg.end
+        return self._asked(flown, start, min(max(time_s, flown.start_s), flown.end_s))
+
+    def _asked(self, flown: MovementBuffer, start: State, time_s: float) -> Reference | None:
+        if not self.automaton.has_inertia:
+            return None
+        vector = start.vector
+        for entry in flown.entries:
+            if time_s <= entry.end_s + TIME_TOLERANCE_S:
+                into_s = time_s - entry.start_s
+                return Reference.of(self.automaton, vector, entry.movement, into_s)
+            vector = self.automaton.predict(vector, entry.movement)
+        return None
 
     def way_out_at(self, time_s: float) -> WayOut | None:
         """What of the way out is left at a time between two movements; else None."""

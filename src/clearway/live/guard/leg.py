@@ -16,7 +16,7 @@ from clearway.avoidance.clear.verify import Paths
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
-from clearway.live.guard.wish import PathWish, Wish
+from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.vehicle.automaton import MovementAutomaton
 
 PART_SAMPLES = 8
@@ -130,16 +130,19 @@ def leg_of(
     """
     if not automaton.can_stop:
         return _turning(_direction(wish, state, automaton, hold_s), state, automaton, hold_s)
-    if isinstance(wish, PathWish):
+    if automaton.has_inertia:
+        # Roll and pitch are the autopilot's: at its end the vehicle is at rest.
+        state = automaton.in_class(state, None)
+    if isinstance(wish, PathWish) and not automaton.has_inertia:
         way = wish.ahead_of(state.position_m, wish.speed_mps * hold_s)
         first = _along(way, state, wish.speed_mps, hold_s)
         begins = velocity_mps
     else:
-        first = _changing(
-            state, 0.0, velocity_mps, wish.velocity_mps, hold_s, acceleration_mps2,
-            wish.yaw_rate_rps,
-        )  # fmt: skip
-        begins = velocity_mps if math.isfinite(acceleration_mps2) else wish.velocity_mps
+        wished, rate = wish.velocity_from(state.position_m, hold_s), 0.0
+        if isinstance(wish, VelocityWish):
+            rate = wish.yaw_rate_rps
+        first = _changing(state, 0.0, velocity_mps, wished, hold_s, acceleration_mps2, rate)
+        begins = velocity_mps if math.isfinite(acceleration_mps2) else wished
     fast = float(np.linalg.norm(first.velocity_mps[-1]))
     brake_s = fast / acceleration_mps2
     if brake_s < SHORTEST_S:

@@ -96,8 +96,9 @@ class NearnessToWish:
 def overshoot_m(
     automaton: MovementAutomaton, state: State, velocity_mps: FloatArray, acceleration_mps2: float
 ) -> float:
-    """By how much a velocity [3] that cannot change at once puts movements off their way."""
-    if math.isinf(acceleration_mps2):
+    """By how much a velocity [3] that cannot change at once puts movements off their way; of a
+    vehicle with inertia they begin with it."""
+    if math.isinf(acceleration_mps2) or automaton.has_inertia:
         return 0.0
     yaw = float(state.attitude_rad[2])
     ways = [

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
 
 from clearway.avoidance.plan.situation import CALM
 from clearway.base.errors import ClearwayError
@@ -12,9 +16,39 @@ from clearway.base.state import State
 from clearway.live.inputs.readings import TIME_TOLERANCE_S
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.buffer import MovementBuffer
+from clearway.vehicle.class_table import ClassTable
 
+COURSE_MPS = 0.5
+"""Slower, noise turns the course, and the nose says where the vehicle will fly."""
 Leg = tuple[Movement, float]
 """A movement, and for how long it was flown, s."""
+
+
+class FlownPart(NamedTuple):
+    """A part of a movement that was flown."""
+
+    at: int
+    """Class in which the movement began."""
+    movement: int
+    first: float
+    """Share of the movement at which the part begins."""
+    last: float
+
+
+def split_velocity(velocity_mps: FloatArray) -> tuple[float, float]:
+    """Speed over ground and rate of climb of a velocity [3]."""
+    return float(np.hypot(velocity_mps[0], velocity_mps[1])), float(velocity_mps[2])
+
+
+def moved_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
+    """A state carried straight on to a time by its velocity [3], and turned into its course; one
+    that is slow keeps its heading."""
+    level_mps, _ = split_velocity(velocity_mps)
+    attitude = state.attitude_rad
+    if level_mps >= COURSE_MPS:
+        attitude = np.array([*attitude[:2], np.arctan2(velocity_mps[1], velocity_mps[0])])
+    place = state.position_m + velocity_mps * (time_s - state.time_s)
+    return replace(state, position_m=place, attitude_rad=attitude, time_s=time_s)
 
 
 class Flown:
@@ -31,12 +65,15 @@ class Flown:
         self.wind_mps = CALM
         """[3] that carries the vehicle, world frame."""
 
-    def then(self, buffer: MovementBuffer) -> None:
-        """From the start of a buffer on it is flown, and no longer what was before (6.3)."""
+    def then(self, buffer: MovementBuffer, at: int | None = None) -> None:
+        """From the start of a buffer on it is flown, and no longer what was before (6.3).
+
+        at: the class of motion there; None for the one that what was flown led to.
+        """
         if not buffer.entries:
             return
         self.until(buffer.start_s)
-        self._began.append(self.class_at(buffer.start_s))
+        self._began.append(self.class_at(buffer.start_s) if at is None else at)
         self._buffers.append(buffer)
         oldest = buffer.start_s - self._history_s
         while self._buffers[0].end_s < oldest or not self._buffers[0].entries:
@@ -71,16 +108,51 @@ class Flown:
         return self._vector_in_calm(state, time_s)[:3]
 
     def _vector_in_calm(self, state: State, time_s: float) -> FloatArray:
-        in_classes = self._automaton.classes is not None
-        if in_classes:
-            vector = self._automaton.in_class(state, self.class_at(state.time_s)).vector
-        else:
-            vector = state.vector
+        if self._automaton.classes is not None:
+            return self._vector_by_classes(state, time_s, self._automaton.classes)
+        vector = state.vector
         for movement, duration_s in self._legs(state.time_s, time_s):
             vector = self._automaton.predict(vector, movement, duration_s)
-        if in_classes:  # Its own roll and pitch: these say the class.
-            vector[3:5] = state.attitude_rad[:2]
         return vector
+
+    def _vector_by_classes(self, state: State, time_s: float, classes: ClassTable) -> FloatArray:
+        """Along parts of movements, each begun in its class; roll and pitch stay its own."""
+        vector = state.vector
+        for part in self._parts(state.time_s, time_s, classes):
+            begins = classes.along(part.at, part.movement, part.first)
+            x, y, z, turned = (classes.along(part.at, part.movement, part.last) - begins).tolist()
+            heading = vector[5] - begins[3]
+            cosine, sine = np.cos(heading), np.sin(heading)
+            vector[0] = vector[0] + cosine * x - sine * y
+            vector[1] = vector[1] + sine * x + cosine * y
+            vector[2] = vector[2] + z
+            vector[5] = vector[5] + turned
+        return vector
+
+    def _parts(self, start_s: float, end_s: float, classes: ClassTable) -> Iterator[FlownPart]:
+        """What was flown between two times, movement by movement."""
+        for buffer, began in zip(self._buffers, self._began, strict=True):
+            at = classes.first if began is None else began
+            for entry in buffer.entries:
+                movement, lasts_s = classes.names.index(entry.movement.name), entry.duration_s
+                # What is left of one that was under way is flown as if it began there.
+                whole_s = entry.movement.duration_s
+                first_s = max(start_s - entry.start_s, 0.0)
+                last_s = min(end_s - entry.start_s, lasts_s)
+                if last_s - first_s > TIME_TOLERANCE_S:
+                    yield FlownPart(at, movement, first_s / whole_s, last_s / whole_s)
+                at = classes.after(at, movement)
+
+    def motion_at(self, time_s: float) -> tuple[float, float] | None:
+        """Speed and rate of climb of what was flown at a time; None where that is not known."""
+        classes = self._automaton.classes
+        if classes is None or not classes.has_speeds:
+            return None
+        before_s = time_s - 2.0 * TIME_TOLERANCE_S
+        found = list(self._parts(before_s, time_s, classes))
+        if not found:
+            return None
+        return classes.motion_along(found[-1].at, found[-1].movement, found[-1].last)
 
     def class_at(self, time_s: float) -> int | None:
         """The class of motion at the end of the movement flown before a time, or being flown; None

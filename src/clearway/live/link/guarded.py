@@ -31,6 +31,8 @@ class Guarded:
     """What is flown if nothing better is found from now on."""
     slowed: bool = False
     """Whether it is the wish, only slower: the vehicle is not that fast."""
+    evades: bool = False
+    """Whether it is another velocity, past an aircraft that the wish would meet."""
     decision: Decision | None = None
     """That took the place of the wish, where one was taken now."""
 
@@ -38,6 +40,11 @@ class Guarded:
     def is_wish(self) -> bool:
         """Whether what was wished is flown, at its speed or slower."""
         return self.passed or self.slowed
+
+    @property
+    def is_velocity(self) -> bool:
+        """Whether a velocity is flown, and not a plan with places and times."""
+        return self.is_wish or self.evades
 
     def __repr__(self) -> str:
         what = "passed" if self.passed else "slowed" if self.slowed else "replaced"

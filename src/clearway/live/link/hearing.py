@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.inputs.own_states import COURSE_MPS
 from clearway.live.inputs.readings import Reading
 from clearway.live.link.aircraft import AircraftHeard, AircraftReport, TrafficTerms
 from clearway.live.link.floor import FloorRule
@@ -159,6 +160,8 @@ class Hearing(ABC):
 
     def _state_of(self, motion: OwnMotion) -> State:
         """The own state that decisions start from."""
+        if self.planner.automaton.has_inertia:
+            return replace(motion.state(COURSE_MPS), velocity_mps=motion.velocity_mps)
         return motion.state(SLOWEST * self.speed_mps)
 
     def hear_scan(self, told_s: float | None, scan_at: ScanMaker, wall_s: float) -> None:

@@ -18,6 +18,7 @@ from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.link.approach import PredictedApproach, predict_approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
+from clearway.live.link.lead import LeadTime
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
@@ -29,6 +30,8 @@ from clearway.sensors import Lidar
 MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
 """At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
 new one is decided."""
+AHEAD_TICKS = 1.5
+"""How long before a movement ends a vehicle with inertia decides on the next one."""
 BACK_RADII = 2.0
 """Farther from the last goal, in reach radii, it is flown to anew where a pilot hands back."""
 FARTHEST_GOAL_M = 1e6
@@ -51,12 +54,21 @@ class Session(Hearing):
     ) -> None:
         super().__init__(system, sensor, terms, counts)
         self.system = system
+        self._has_inertia = system.planner.automaton.has_inertia
+        # A movement ends between two ticks: the next one is decided on before, with time to spare.
+        system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
+        self._lead = LeadTime(terms.lead_s)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
 
     # --- in -------------------------------------------------------------------------------
 
     def _state_of(self, motion: OwnMotion) -> State:
         state = super()._state_of(motion)
+        if self._has_inertia:
+            asked = self.system.reference_at(state.time_s) if self._led and self._is_led else None
+            if asked is not None and not self._flaw:
+                self._lead.take(state.time_s, state.position_m, asked)
+            return state  # Its velocity says more than the direction of its plan.
         planned = self._planned(state.time_s) if self._is_led and not self._flaw else None
         if planned is not None and motion.attitude_rad is None:
             state = turned_onto(planned, state, self.counts)
@@ -109,7 +121,7 @@ class Session(Hearing):
         if flight is not None and self.motion is not None:
             close = predict_approaches(flight, self.motion, self._intruders.values())
         why_state = self._why_state(self.refusal)
-        set_point = self._sent(now, self._leading(now))
+        set_point = self._sent(now, self._leading(now, min(now, self.clock.arrived(wall_s))))
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )
@@ -149,28 +161,37 @@ class Session(Hearing):
     def _off_plan(self) -> str | None:
         """Why the plan is not what is flown: then it shows nothing that keeps clear."""
         planned = self._planned(self._own.time_s) if self._own is not None else None
-        if planned is None or self._own is None:
-            return None
+        if planned is None or self._own is None or self._has_inertia:
+            return None  # With inertia, what leaves the tube is reason enough.
         off = float(np.linalg.norm(planned.position_m - self._own.position_m))
         if off <= OFF_PLAN_S * self.system.planner.speed_mps:
             return None
         return f"the vehicle is {off:.1f} m off its plan"
 
-    def _leading(self, now: float) -> SetPoint | None:
+    def _leading(self, now: float, told_s: float) -> SetPoint | None:
+        """What to send; told_s: the vehicle's time as its latest messages tell it. After a stall it
+        is earlier than ours for a while: the vehicle would chase what lies ahead."""
         if not self.state.steers or self._own is None:
             return None
         if self.state is LinkState.ARRIVED:
             return self._holding()
         if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        ahead = self._planned(now + self.terms.lead_s)
+        ahead = self._planned(told_s + self._lead.seconds)
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
         speed = self.system.planner.speed_mps
-        age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
+        age_s = max(0.0, told_s + self._lead.seconds - self._own.time_s)
         lead_m = speed * (MOST_LEAD_S + age_s)
-        following = SetPoint.following(ahead, movement.speed_mps, movement.climb_mps or 0.0)
+        asked = self.system.reference_at(ahead.time_s) if self._has_inertia else None
+        if asked is not None:
+            following = SetPoint.of_reference(asked)
+        else:
+            climb = movement.climb_mps or 0.0
+            following = SetPoint.following(ahead, movement.speed_mps, climb, movement.yaw_rate_rps)
+        # A plan may begin later than the vehicle's time: it is told the way there.
+        following = following.earlier_by(max(0.0, ahead.time_s - told_s - self._lead.seconds))
         return following.led_by_at_most(self._own.position_m, lead_m)
 
     def _planned(self, time_s: float) -> State | None:
@@ -178,7 +199,8 @@ class Session(Hearing):
 
         None before the first decision and past the plan's end.
         """
-        return self.system.state_at(max(time_s, self.system.buffer.start_s))
+        planned = self.system.state_at(time_s)
+        return planned or self.system.state_at(max(time_s, self.system.buffer.start_s))
 
     def _holding(self) -> SetPoint:
         """At the last goal, pointing as the plan left it; a vehicle that stays level, above or

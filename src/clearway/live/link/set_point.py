@@ -6,13 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearway.base.frames import FloatArray, world_from_body
+from clearway.base.frames import FloatArray, measure_length, world_from_body, wrap_angle
 from clearway.base.state import State
+from clearway.vehicle.reference import Reference
 
 SINKING_MPS2 = 0.5
 """By which sinking is stopped above the floor: half of what ArduCopter brakes by."""
 SINKS_AHEAD_S = 0.5
 """How far below the vehicle a place near the floor is, at the fastest that it may sink there."""
+PULL_PER_S, MOST_PULL = 1.0, 0.3
+"""Speed of a vehicle that takes velocities only towards its place, for every metre off it; at most,
+in own speeds."""
+TURN_PER_S, MOST_TURN_RPS = 1.5, 1.0
+"""The same of its nose, for every radian."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,24 +31,63 @@ class SetPoint:
     """[3] None holds the place."""
     yaw_rad: float
     """Left positive from x."""
+    acceleration_mps2: FloatArray | None = None
+    """[3] of a vehicle with inertia; None where none is asked for."""
+    yaw_rate_rps: float = 0.0
 
     @classmethod
-    def following(cls, state: State, speed_mps: float, climb_mps: float = 0.0) -> SetPoint:
+    def following(
+        cls, state: State, speed_mps: float, climb_mps: float = 0.0, yaw_rate_rps: float = 0.0
+    ) -> SetPoint:
         """On a plan that has the vehicle in a state.
 
         climb_mps: beside the speed along the nose, of what climbs without pitching.
         """
         velocity = speed_mps * world_from_body(np.ascontiguousarray(state.attitude_rad))[:, 0]
         velocity[2] += climb_mps
-        return cls(state.position_m, velocity, float(state.attitude_rad[2]))
+        yaw = float(state.attitude_rad[2])
+        return cls(state.position_m, velocity, yaw, yaw_rate_rps=yaw_rate_rps)
+
+    @classmethod
+    def of_reference(cls, asked: Reference) -> SetPoint:
+        """Of a vehicle with inertia: with the acceleration, so that it need not lag."""
+        return cls(
+            asked.position_m,
+            asked.velocity_mps,
+            float(wrap_angle(np.asarray(asked.yaw_rad))),
+            asked.acceleration_mps2,
+            asked.yaw_rate_rps,
+        )
 
     @classmethod
     def holding(cls, place_m: FloatArray, yaw_rad: float) -> SetPoint:
         return cls(place_m, None, yaw_rad)
 
+    def earlier_by(self, seconds: float) -> SetPoint:
+        """Where it was before, at the same velocity."""
+        if self.velocity_mps is None or seconds <= 0.0:
+            return self
+        return replace(self, position_m=self.position_m - seconds * self.velocity_mps)
+
     def held(self) -> SetPoint:
         """The same place, to stay at."""
-        return replace(self, velocity_mps=None)
+        return replace(self, velocity_mps=None, acceleration_mps2=None, yaw_rate_rps=0.0)
+
+    def as_velocity(
+        self, own_m: FloatArray, heading_rad: float, speed_mps: float
+    ) -> tuple[FloatArray, float]:
+        """Velocity [3] and yaw rate for a vehicle that takes nothing else: drawn to the place.
+
+        To hold is to stand still, since the last one may be flown on. own_m, heading_rad: where it
+        is and points; speed_mps: its greatest.
+        """
+        if self.velocity_mps is None:
+            return np.zeros(3), 0.0
+        pull = PULL_PER_S * (self.position_m - own_m)
+        pull *= min(1.0, MOST_PULL * speed_mps / max(measure_length(pull), 1e-9))
+        turn = TURN_PER_S * float(wrap_angle(np.asarray(self.yaw_rad - heading_rad)))
+        turn = min(max(turn, -MOST_TURN_RPS), MOST_TURN_RPS)
+        return self.velocity_mps + pull, self.yaw_rate_rps + turn
 
     def led_by_at_most(self, own_m: FloatArray, lead_m: float) -> SetPoint:
         """No farther ahead of the vehicle than that: autopilots chase what is far away, fast."""
@@ -60,9 +105,10 @@ class SetPoint:
         room_m = max(0.0, float(min(self.position_m[2], own_m[2])) - floor_m)
         fastest = float(np.sqrt(2.0 * SINKING_MPS2 * room_m))
         lowest_m = max(floor_m, float(own_m[2]) - fastest * SINKS_AHEAD_S)
-        place, velocity = self.position_m, self.velocity_mps
+        place, velocity, faster = self.position_m, self.velocity_mps, self.acceleration_mps2
         if place[2] < lowest_m and (velocity is not None or place[2] < floor_m):
             place = np.array([*place[:2], lowest_m])
         if velocity is not None and velocity[2] < -fastest:
             velocity = np.array([*velocity[:2], -fastest])
-        return replace(self, position_m=place, velocity_mps=velocity)
+            faster = None if faster is None else np.array([*faster[:2], max(0.0, faster[2])])
+        return replace(self, position_m=place, velocity_mps=velocity, acceleration_mps2=faster)

@@ -20,10 +20,10 @@ FORGOTTEN_S = 60.0
 """Nor is a leap ahead by more the same flight: counters wrap, so a restart may look like one."""
 STRAYS = 5
 """So many messages in a row from another time are one: fewer may be stray."""
-SPAN_S, SPANS = 5.0, 3
-"""The least delay is that of so many spans of the vehicle's time, the present one included: 10 to
-15 s."""
-SLEWED = 0.25
+SPAN_S, SPANS = 1.0, 3
+"""The least delay is that of so many spans of the vehicle's time, the present one included: 2 to
+3 s."""
+SLEWED = 0.5
 """Share of its speed by which the clock is held back until it has the later time."""
 RECENT_S = 1.0
 """The delay of what came last is the least one of this time."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.time_cost import SLOWEST_MPS, speed_abilities
+from clearway.avoidance.plan.time_cost import ARRIVAL_MPS, speed_abilities
 from clearway.avoidance.rate.route_field import Pace
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
@@ -89,7 +89,7 @@ def _needs_of(planner: Planner) -> _Needs:
         able = speed_abilities(planner.automaton)
         margin_m += float(classes.class_tube_m[classes.first])
         pace = Pace(
-            able.fastest_mps, able.acceleration_mps2, SLOWEST_MPS, able.climb_mps, able.sink_mps
+            able.fastest_mps, able.acceleration_mps2, ARRIVAL_MPS, able.climb_mps, able.sink_mps
         )
         return _Needs(pace, margin_m, WIDE * margin_m, able.fastest_mps * planner.horizon_s)
     speed = planner.speed_mps
