@@ -20,7 +20,7 @@ MODULES = (
     (
         "Event based control",
         "Mission plan",
-        ("clearway.live.mission", "clearway.live.routing.detour"),
+        ("clearway.live.mission", "clearway.live.routing.route_planner"),
     ),
     ("Event based control", "Rule engine", ("clearway.avoidance.rules",)),
     ("Event based control", "Avoidance grid", ("clearway.base.grid", "clearway.avoidance.decide")),
