@@ -1,10 +1,13 @@
 """The route field against closed answers of the eikonal equation, and what holds of any field."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from clearway.avoidance.rate.route_field import Pace, RouteField, straight_time, time_to_go
 from clearway.base.arrays import FloatArray
+from clearway.live.routing.field.known_space import PROVES_EVERY
 from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
 
 MARGIN_M = 0.4
@@ -190,7 +193,8 @@ def test_what_vanished_bars_no_more_and_leaves_no_trace() -> None:
     goes = box(3.0)
     used.take(start, np.concatenate([stays, goes]), np.zeros(len(stays) + len(goes)))
     assert not used.field(start, target)[1]
-    used.take(start, stays, np.zeros(len(stays)), 200.0)
+    for _ in range(PROVES_EVERY):
+        used.take(start, stays, np.zeros(len(stays)), 200.0)
     fresh.take(start, stays, np.zeros(len(stays)))
     np.testing.assert_array_equal(used.space.clearance_m, fresh.space.clearance_m)
     assert used.field(start, target)[1]
@@ -226,3 +230,36 @@ def test_a_side_that_is_not_left_closes_the_way_round() -> None:
         STEADY, MARGIN_M, 1.0, 20.0, 10.0, 1.2, south_m=-20.0, north_m=20.0
     )
     assert not field_round(walls, target, bounded)[1]
+
+
+def nearest_to_legs(corners_m: FloatArray, points_m: FloatArray) -> float:
+    """Least distance of a polyline to points, in metres."""
+    shares = np.linspace(0.0, 1.0, 200)[:, None]
+    legs = pairwise(corners_m)
+    places = np.concatenate([one + shares * (other - one) for one, other in legs])
+    return float(np.min(np.linalg.norm(places[:, None] - points_m, axis=-1)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_way_has_few_corners_and_keeps_off(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, end = rng.uniform(5.0, 9.0), rng.uniform(2.0, 6.0)
+    points = np.concatenate([wall(x, -40.0, end), wall(x + 6.0, -1.0, 40.0)])
+    target, start = np.array([x + 15.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])
+    used = planner(slow_mps=2.0)
+    used.take(start, points, np.zeros(len(points)))
+    way = used.way_m(start, target)
+    assert 2 <= len(way) <= 6
+    corners = np.stack([start, *way, target])
+    assert nearest_to_legs(corners, points) > 0.75 * MARGIN_M
+    length_m = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
+    past = np.array([[0.0, 0.0], [x, end + 0.4], [x + 6.0, -1.4], [x + 15.0, 0.0]])
+    assert length_m < 1.15 * np.linalg.norm(np.diff(past, axis=0), axis=1).sum() + 1.0
+
+
+def test_where_the_straight_way_is_open_it_needs_none() -> None:
+    used = planner()
+    start = np.array([0.0, 0.0, 1.0])
+    used.take(start, np.zeros((0, 3)), np.zeros(0))
+    for place in random_places(20, 60.0, 11):
+        assert used.way_m(start, place) == ()

@@ -68,3 +68,18 @@ def test_an_escape_before_anything_was_seen_is_no_dead_end(tmp_path: Path) -> No
     assert all(decision.escapes for decision in decisions)
     assert not any(decision.way_out and decision.way_out.certain for decision in decisions)
     assert system.progress.detours == 0
+
+
+@pytest.mark.parametrize("highest_m", [2.0, np.inf])
+def test_no_way_leads_above_a_ceiling(highest_m: float) -> None:
+    """Over a low wall without one, past its end with one."""
+    points = wall_with_gap(100.0)
+    low = points.position_m[:, 2] < 4.0
+    low_wall = PointHazards(points.position_m[low], points.radius_m[low])
+    routes = RouteMap(VOXEL_M, MARGIN_M, 0.0, heights_m=(-17.0, highest_m))
+    window = NOTHING_SEEN.window.copy()
+    window[8:11], window[11:14] = -100.0, 100.0  # All is known in there.
+    routes.take(NOTHING_SEEN._replace(window=window), low_wall, START, 100.0)
+    corners = seen_route(routes.cells(), START, GOAL).corners_m
+    assert np.max(corners[:, 2]) <= highest_m + routes.width_m
+    assert (np.max(np.abs(corners[:, 1])) > 20.0) == (highest_m < np.inf)

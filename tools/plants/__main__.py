@@ -13,9 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from clearway.io.marked_page import put_between_marks
-from tools.plants import missions, page, picture, study
+from tools.plants import missions, page, picture, study, tubes
 from tools.plants.worlds import AUTOMATA, FAMILIES, REPOSITORY, SCALES
 
+TUBES_PAGE = REPOSITORY / "docs" / "plants.md"
 PAGE = REPOSITORY / "docs" / "results" / "plants.md"
 
 
@@ -29,7 +30,11 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--minutes", type=float, default=1e9, help="after which none is begun")
     parser.add_argument("--journal", type=Path, default=REPOSITORY / "build" / "plants.jsonl")
     parser.add_argument("--write", action="store_true", help="tables and picture, into the page")
+    parser.add_argument("--tubes", action="store_true", help="the tubes of docs/plants.md alone")
     given = parser.parse_args(arguments)
+    if given.tubes:
+        put_between_marks(TUBES_PAGE, "tubes", "\n".join(tubes.tubes(("quadrotor", "F450"))))
+        return
     shown = missions.fly_all(given.journal.with_name("plant-missions.jsonl"))
     plants, families = given.plants.split(","), given.families.split(",")
     study.fly_all(given.journal, plants, families, given.worlds, given.minutes)

@@ -12,7 +12,9 @@ from clearway.cli.progress import progress_bar
 from clearway.cli.report import print_json, say
 
 if TYPE_CHECKING:
-    from clearway.missions.automaton_file import AutomatonFile
+    from clearway.missions.automaton_file import AutomatonFile, CopterSection
+    from clearway.sim.plants.plant import PlantKind
+    from clearway.vehicle.automaton import MovementAutomaton
 
 
 def measure(
@@ -32,6 +34,12 @@ def measure(
         float | None,
         typer.Option(max=100.0, help="Duration of a movement; default: its usual one."),
     ] = None,
+    inertia: Annotated[
+        bool, typer.Option("--inertia", help="As a copter with inertia, by classes of motion.")
+    ] = False,
+    acceleration: Annotated[
+        float | None, typer.Option(max=100.0, help="With --inertia: greatest acceleration, m/s2.")
+    ] = None,
     gusts: Annotated[
         float, typer.Option(min=0.0, max=100.0, help="Standard deviation of gusts, m/s.")
     ] = 0.0,
@@ -40,37 +48,60 @@ def measure(
 ) -> None:
     """Fly every movement of a plant after every other, and write what came of it.
 
-    Each flight is a random round that uses each pair of movements once; those held out tell how far
+    With --inertia every movement is flown in every class of motion, led by the plan. Each flight is a random round that uses each pair of movements once; those held out tell how far
     predictions are off.
     """
-    from clearway.base.errors import ClearwayError
+    from dataclasses import replace
+
     from clearway.io.results_folder import refuse_unwritable_file
-    from clearway.missions.automaton_file import automaton_file, write_automaton
+    from clearway.missions.automaton_file import automaton_file, copter_file, write_automaton
     from clearway.sim.plants import PLANTS
-    from clearway.sim.plants.measuring import MeasureSettings
-    from clearway.sim.plants.measuring import measure_plant as measured_of
+    from clearway.sim.plants.measuring import MeasureSettings, measure_plant
+    from clearway.sim.plants.measuring_classes import measure_copter
+    from clearway.vehicle.automaton import MovementAutomaton
+    from clearway.vehicle.copter import CopterLimits
 
     kind = PLANTS.named(plant)
+    refuse_unwritable_file(out, "--out")
+    settings = MeasureSettings(flights, held_out, seed, gusts_mps=gusts)
+    with progress_bar(f"measuring {plant}", flights + held_out) as bar:
+        show_progress = lambda done, total: bar.show(done, total)  # noqa: E731
+        if inertia:
+            own = kind.copter or CopterLimits(5.0)
+            given = {"speed_mps": speed, "acceleration_mps2": acceleration}
+            stated = {key: value for key, value in given.items() if value is not None}
+            limits = replace(own, gusts_mps=gusts, **stated)
+            asked = MovementAutomaton.of_copter(limits)
+            copter = measure_copter(kind, asked, settings, show_progress)
+            file = copter_file(plant, limits, copter, settings)
+        else:
+            measured = measure_plant(
+                kind, _movements(plant, kind, speed, movement_s), settings, show_progress
+            )
+            file = automaton_file(plant, measured, settings)
+    if as_json:
+        print_json(_as_json(file))
+    else:
+        _print(file)
+        if not inertia:
+            closed = ", ".join(_quantile(each) for each in measured.closed_form_m)
+            print(f"closed form: {closed} m")
+    write_automaton(file, out)
+    say(f"wrote {out}")
+
+
+def _movements(
+    plant: str, kind: PlantKind, speed_mps: float | None, movement_s: float | None
+) -> MovementAutomaton:
+    from clearway.base.errors import ClearwayError
+
     if kind.movements is None:
         raise ClearwayError(
             f"plant {plant}: tells no movements; give it `movements`, a function of speed_mps and "
             "duration_s that gives an automaton"
         )
-    given = {"speed_mps": speed, "duration_s": movement_s}
-    asked = kind.movements(**{key: value for key, value in given.items() if value is not None})
-    refuse_unwritable_file(out, "--out")
-    settings = MeasureSettings(flights, held_out, seed, gusts_mps=gusts)
-    with progress_bar(f"measuring {plant}", flights + held_out) as bar:
-        measured = measured_of(kind, asked, settings, lambda done, total: bar.show(done, total))
-    file = automaton_file(plant, measured, settings)
-    if as_json:
-        print_json(_as_json(file))
-    else:
-        _print(file)
-        closed = ", ".join(_quantile(each) for each in measured.closed_form_m)
-        print(f"closed form: {closed} m")
-    write_automaton(file, out)
-    say(f"wrote {out}")
+    given = {"speed_mps": speed_mps, "duration_s": movement_s}
+    return kind.movements(**{key: value for key, value in given.items() if value is not None})
 
 
 def show(
@@ -111,10 +142,21 @@ def _as_json(file: AutomatonFile) -> dict[str, Any]:
     }
 
 
+def _print_copter(plant: str, copter: CopterSection) -> None:
+    print(f"{plant}: {copter.speed_mps:g} m/s, {copter.acceleration_mps2:g} m/s2")
+    print("speed (m/s)  tube, 99 % (m)  held out inside (%)")
+    inside = copter.inside or (float("nan"),) * len(copter.tube_m)
+    for speed, radius, share in zip(copter.speeds_mps, copter.tube_m, inside, strict=True):
+        print(f"{speed:11.2f}  {radius:14.3f}  {100.0 * share:19.1f}")
+
+
 def _print(file: AutomatonFile) -> None:
     from math import degrees
 
     about = file.automaton
+    if file.copter is not None:
+        _print_copter(about.plant, file.copter)
+        return
     count = len(file.movement)
     print(f"{about.plant}: {count} movements, {len(file.pair)} of {count * count} pairs")
     longest = max(len(one.name) for one in file.movement)

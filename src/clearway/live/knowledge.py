@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -96,6 +97,13 @@ class Knowledge:
     def route_map(self) -> RouteMap | None:
         """The cells that ways through seen space are looked for in now, where that is kept."""
         return None if self.routes is None else self.routes.used
+
+    @cached_property
+    def known_routes(self) -> RoutePlanner:
+        """Ways round what the map and the memory show."""
+        if self.route_planner is not None:
+            return self.route_planner
+        return route_planner_for(self.planner, self.mission, self.obstacle_map)
 
     # --- readings -------------------------------------------------------------------------
 

@@ -45,7 +45,9 @@ class PlanWatch:
         due = due or strayed
         if due or not (known.news or self._margin_has_grown(plan, now)):
             return due
-        if known.news and not (self._planner.settings.verify and plan.in_first_movement(now)):
+        if known.news and not (
+            self._planner.settings.verify and plan.in_first_movement(now + self.ahead_s)
+        ):
             return known.news
         if not known.unchecked:
             return None

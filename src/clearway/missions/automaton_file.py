@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,12 +17,23 @@ from clearway.io.toml import Section, read_model
 from clearway.io.toml_writing import write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
 from clearway.sim.plants.measuring import MeasuredPlant, MeasureSettings
+from clearway.sim.plants.measuring_classes import MeasuredCopter, with_tube
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.class_table import ClassTable
+from clearway.vehicle.copter import CopterLimits
 from clearway.vehicle.inertialess import InertialessModel
 
 DIGITS = 5
 """Of metres and radians, far below what any vehicle repeats."""
+OF_LIMITS = (
+    "speed_mps",
+    "acceleration_mps2",
+    "climb_mps",
+    "sink_mps",
+    "yaw_rate_deg_s",
+    "lag_s",
+)
+"""Keys of `[copter]` that say what it can do."""
 Row = Annotated[tuple[float, float, float, float], Field(strict=False)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 
@@ -38,7 +49,7 @@ class AboutSection(Section):
     held_out: Count = 1
     wind_mps: Annotated[tuple[float, float, float], Field(strict=False)] = (0.0, 0.0, 0.0)
     gusts_mps: NotNegative = 0.0
-    first: Name
+    first: str = Field(default="", max_length=60)
     """What counts as flown before a flight begins."""
     tube_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """Per number of movements since the own state was known: within how far of its prediction the
@@ -73,15 +84,45 @@ class PairSection(Section):
     """And of its yaw there."""
 
 
+class CopterSection(Section):
+    """`[copter]`: a copter with inertia, and within how far of its plan it was, by its speed."""
+
+    speed_mps: Positive
+    acceleration_mps2: Positive
+    climb_mps: NotNegative
+    sink_mps: NotNegative
+    yaw_rate_deg_s: Positive
+    lag_s: NotNegative
+    speeds_mps: Annotated[tuple[NotNegative, ...], Field(min_length=1, strict=False)]
+    """Ascending."""
+    tube_m: Annotated[tuple[NotNegative, ...], Field(min_length=1, strict=False)]
+    """Per speed, within how far of its plan the vehicle was 99 times of 100."""
+    inside: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
+    """Per speed, the share that was within it on flights that did not make it."""
+
+    def to_automaton(self, gusts_mps: float) -> MovementAutomaton:
+        """The automaton with its tube; raises ClearwayError for tubes that do not fit speeds."""
+        if len(self.tube_m) != len(self.speeds_mps):
+            raise ClearwayError("copter: tube_m and speeds_mps must be of one length")
+        limits = CopterLimits(**{key: getattr(self, key) for key in OF_LIMITS}, gusts_mps=gusts_mps)
+        asked = MovementAutomaton.of_copter(limits)
+        return with_tube(asked, np.array(self.speeds_mps), np.array(self.tube_m))
+
+
 class AutomatonFile(Section):
-    """All of an automaton file."""
+    """All of an automaton file: movements and their pairs, or a copter with inertia."""
 
     automaton: AboutSection
-    movement: Annotated[tuple[MovementSection, ...], Field(min_length=1, strict=False)]
-    pair: Annotated[tuple[PairSection, ...], Field(min_length=1, strict=False)]
+    movement: Annotated[tuple[MovementSection, ...], Field(strict=False)] = ()
+    pair: Annotated[tuple[PairSection, ...], Field(strict=False)] = ()
+    copter: CopterSection | None = None
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:
+        if self.copter is None and not (self.movement and self.pair):
+            raise ValueError("must hold [[movement]] and [[pair]], or [copter]")
+        if self.copter is not None and (self.movement or self.pair):
+            raise ValueError("copter: its movements follow from it; [[movement]] is one too many")
         try:
             self.to_automaton()
         except ClearwayError as error:
@@ -90,6 +131,8 @@ class AutomatonFile(Section):
 
     def to_automaton(self) -> MovementAutomaton:
         """The automaton with its table; raises ClearwayError where they do not belong together."""
+        if self.copter is not None:
+            return self.copter.to_automaton(self.automaton.gusts_mps)
         movements = tuple(
             Movement(
                 one.name,
@@ -117,20 +160,40 @@ def read_automaton(path: str | Path) -> MovementAutomaton:
     return read_model(path, AutomatonFile).to_automaton()
 
 
-def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSettings) -> AutomatonFile:
-    """What measuring gave, as a file."""
-    table = measured.automaton.classes
-    assert table is not None  # Measuring makes one.
-    found = measured.pairs
-    made = provenance()
-    about = AboutSection(
+def _about(plant: str, settings: MeasureSettings, **found: Any) -> AboutSection:
+    return AboutSection(
         plant=plant,
-        made_by=f"clearway {made['clearway']}",
+        made_by=f"clearway {provenance()['clearway']}",
         seed=settings.seed,
         flights=settings.flights,
         held_out=settings.held_out,
         wind_mps=settings.wind_mps,
         gusts_mps=settings.gusts_mps,
+        **found,
+    )
+
+
+def copter_file(
+    plant: str, limits: CopterLimits, measured: MeasuredCopter, settings: MeasureSettings
+) -> AutomatonFile:
+    """What measuring a copter with inertia gave, as a file."""
+    copter = CopterSection(
+        **{key: getattr(limits, key) for key in OF_LIMITS},
+        speeds_mps=_rounded(measured.speeds_mps),
+        tube_m=_rounded(np.ceil(measured.tube_m * 1e3) / 1e3),
+        inside=_rounded(measured.inside),
+    )
+    return AutomatonFile(automaton=_about(plant, settings), copter=copter)
+
+
+def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSettings) -> AutomatonFile:
+    """What measuring gave, as a file."""
+    table = measured.automaton.classes
+    assert table is not None  # Measuring makes one.
+    found = measured.pairs
+    about = _about(
+        plant,
+        settings,
         first=found.first,
         tube_m=_rounded(table.tube_m),
         error_p95_m=_p95(measured.error_m),

@@ -12,15 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.decision import Decision
+from clearway.avoidance.plan.planner import Planner
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scan
 from clearway.sensors.beams.simulate import Scanner, scanned, sensor_pose
+from clearway.sim.settings import SimulationSettings
 
 TRIES = 40
 """Places looked at after each decision for one that no beam has crossed."""
@@ -75,6 +78,21 @@ class Adversary:
         self.world: World = world
         """The world with the balls that stand by now."""
         self._beams: list[Beams] = []
+
+    @classmethod
+    def of(
+        cls, world: World, settings: SimulationSettings, planner: Planner, mission: Mission
+    ) -> Adversary:
+        """The adversary of a flight, by its settings."""
+        margin_m, start_m = planner.settings.safety_margin_m, planner.settings.start_free_m
+        kept = KeptClear(
+            margin_m,
+            planner.automaton.step_m if start_m is None else start_m,
+            mission.reach_radius_m + margin_m,
+        )
+        places = np.concatenate([mission.start.position_m[None], mission.goals_m])
+        rng = np.random.default_rng([settings.seed, 4])
+        return cls(world, settings.adversary_m, places, kept, rng)
 
     def watched(self, sensor: Lidar | Scanner) -> Scanner:
         """The sensor, whose beams the adversary takes note of."""

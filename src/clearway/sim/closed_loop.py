@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Generic
 
@@ -23,8 +23,9 @@ from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scan, Scanner, scanned
-from clearway.sim.adversary import Adversary, KeptClear, planned_ways
+from clearway.sim.adversary import Adversary, planned_ways
 from clearway.sim.faults import NO_FAULTS
+from clearway.sim.guide import Guide
 from clearway.sim.logbook import Logbook
 from clearway.sim.metrics import intruder_distances, measure_flight, straight_distances
 from clearway.sim.motion import TrueMotion
@@ -101,10 +102,12 @@ class _Flight(Generic[D]):
             air = Air(settings.wind_mps, settings.gusts_mps, settings.seed)
             plant = kind.make(start.vector, self.automaton.start_mps, air)
         self.motion = TrueMotion(plant, start.time_s, settings.step_s)
+        self.guide = Guide(system, plant)
         self.progress = Progress()
         self.crashed = False
-        self.adversary = self._adversary()
-        if self.adversary is not None:
+        self.adversary: Adversary | None = None
+        if settings.adversary_m > 0.0:
+            self.adversary = Adversary.of(world, settings, system.planner, system.mission)
             self.lidars = [self.adversary.watched(sensor) for sensor in lidars]
         rate_hz = settings.scan_rate_hz
         self.scan_period_s = None if rate_hz is None else 1.0 / rate_hz
@@ -125,22 +128,8 @@ class _Flight(Generic[D]):
                 if on_decision is not None:
                     on_decision(entry, self.progress)
                 self._oppose(entry)
-            self._fly(self._movement())
+            self._fly_on(self._movement())
         return self._finished(decisions.entries)
-
-    def _adversary(self) -> Adversary | None:
-        """Who puts balls in the way; None for nobody."""
-        thickness_m, seed = self.settings.adversary_m, self.settings.seed
-        if not thickness_m > 0.0:
-            return None
-        planner, mission = self.system.planner, self.mission
-        start_m = planner.settings.start_free_m
-        if start_m is None:
-            start_m = self.automaton.step_m
-        kept = KeptClear(self.margin_m, start_m, mission.reach_radius_m + self.margin_m)
-        places = np.concatenate([mission.start.position_m[None], mission.goals_m])
-        rng = np.random.default_rng([seed, 4])
-        return Adversary(self.world, thickness_m, places, kept, rng)
 
     def _oppose(self, entry: LoggedDecision[D]) -> None:
         """Let the adversary put a ball in the way of what was decided."""
@@ -166,6 +155,7 @@ class _Flight(Generic[D]):
             state.attitude_rad,
             time_s=state.time_s,
             position_std_m=sigma,
+            velocity_mps=self.motion.velocity_mps if self.automaton.has_inertia else None,
         )
         if settings.attitude_sigma_rad > 0.0:
             turned = self.state_rng.normal(0.0, 1.0, 2) * settings.attitude_sigma_rad
@@ -232,12 +222,22 @@ class _Flight(Generic[D]):
         if self.traffic is not None:
             self.traffic.step(self.motion.state)
 
-    def _fly(self, movement: Movement) -> None:
-        """Execute one movement in steps; stops early at the last goal, or in an obstacle."""
+    def _fly_on(self, movement: Movement) -> None:
+        """One movement; of a vehicle with inertia a part of one, until it senses again."""
+        if not self.automaton.has_inertia:
+            self._fly(self.motion.fly(movement), movement.duration_s)
+            return
+        now = self.motion.now_s
+        self.guide.movement_at(now, movement, self.motion.movements)
+        part_s = self.guide.part_s
+        self._fly(self.motion.follow(self.guide.asked_from(now), part_s), part_s)
+
+    def _fly(self, steps: Iterator[None], lasts_s: float) -> None:
+        """Take steps that last so long; stops early at the last goal, or in an obstacle."""
+        ends_s = self.motion.now_s + lasts_s
         states = self.motion.states
         x, y, z, *_ = states[-1].tolist()
-        ends_s = self.motion.now_s + movement.duration_s
-        for _ in self.motion.fly(movement):
+        for _ in steps:
             self._move_traffic()
             (from_x, from_y, from_z), (x, y, z, *_) = (x, y, z), states[-1].tolist()
             dx, dy, dz = x - from_x, y - from_y, z - from_z

@@ -130,17 +130,29 @@ class MovementAutomaton:
         climb_mps: float = 2.0,
         sink_mps: float = 1.5,
         yaw_rate_deg_s: float = 90.0,
+        lag_s: float = 0.1,
+        gusts_mps: float = 1.0,
     ) -> MovementAutomaton:
         """A copter with inertia: it accelerates, keeps its speed, brakes, turns and climbs.
 
-        Speeds are the greatest ones. Raises InputError for numbers out of range.
+        Speeds are the greatest ones. lag_s, gusts_mps: how late it answers, and gusts that it has
+        to bear, which widen the tube within which it follows its plan. Raises InputError for
+        numbers out of range.
 
         >>> import clearway as cw
         >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=10.0)
         >>> automaton.has_inertia, automaton.can_stop, automaton.fastest_mps
         (True, True, 10.0)
         """
-        limits = CopterLimits(speed_mps, acceleration_mps2, climb_mps, sink_mps, yaw_rate_deg_s)
+        return cls.of_copter(
+            CopterLimits(
+                speed_mps, acceleration_mps2, climb_mps, sink_mps, yaw_rate_deg_s, lag_s, gusts_mps
+            )
+        )
+
+    @classmethod
+    def of_copter(cls, limits: CopterLimits) -> MovementAutomaton:
+        """`multirotor` of what a copter can do."""
         movements, table = build_copter(limits)
         return cls(movements, 0.0, vehicle=InertialessModel(), table=table)
 

@@ -39,10 +39,21 @@ TURNS = {"": 0.0, "Left": 1.0, "Left-Half": 0.5, "Right-Half": -0.5, "Right": -1
 """Share of the turn that the acceleration allows, by name."""
 CLIMBS = {"Down": -1, "": 0, "Up": 1}
 """Rate of climb at the end of a movement, by name."""
+CLIMB_SHARE = 0.8
+"""Of the acceleration that begins or ends a climb within one movement: the rest changes speed and
+course beside it."""
 HOLD = "Hold"
-STILL_AIR_TUBE_M, TUBE_PER_MPS = 0.14, 0.004
-"""Tube of a copter that follows its plan by velocity and acceleration in gusts of 1 m/s, at rest
-and per m/s of speed."""
+TUBE_M = 0.03
+"""Tube of a copter that is led by velocity and acceleration, at rest in still air."""
+TUBE_PER_LAG = 1.4
+"""Tube per acceleration times the square of the lag: what a tilt that takes time leaves."""
+TUBE_PER_GUST_S = 0.07
+"""Tube per m/s of gusts, at rest."""
+TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.1
+"""More of it at the greatest speed, in still air and per m/s of gusts: drag and lift that its loops
+do not know."""
+SLOW_MPS = 10.0
+"""A copter that is slower than this has less drag at its greatest speed, and less more of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +74,22 @@ class CopterLimits:
     climb_mps: float = 2.0
     sink_mps: float = 1.5
     yaw_rate_deg_s: float = 90.0
+    lag_s: float = 0.1
+    """How long an acceleration takes to come about, for the most part: a tilt."""
+    gusts_mps: float = 1.0
+    """Standard deviation of gusts in which it keeps within its tube."""
+
+    def tube_m(self, speed_mps: FloatArray) -> FloatArray:
+        """Within how far of its plan the copter is 99 % of the time, by its speeds [n]."""
+        at_rest = TUBE_M + TUBE_PER_LAG * self.acceleration_mps2 * self.lag_s**2
+        at_rest += TUBE_PER_GUST_S * self.gusts_mps
+        more = TUBE_AT_SPEED_M + TUBE_AT_SPEED_PER_GUST_S * self.gusts_mps
+        tube: FloatArray = at_rest + more * speed_mps / max(self.speed_mps, SLOW_MPS)
+        return tube
 
     def __post_init__(self) -> None:
         positive = ("speed_mps", "acceleration_mps2", "yaw_rate_deg_s")
-        zero = ("climb_mps", "sink_mps")
+        zero = ("climb_mps", "sink_mps", "lag_s", "gusts_mps")
         problems = collect_problems(
             (
                 *(above_zero_problem(key, getattr(self, key)) for key in positive),
@@ -86,7 +109,7 @@ class _Lattice:
         self.lasts_s = float(np.clip(2.0 * speed / (SPEEDS * most), SHORTEST_S, LONGEST_S))
         count = max(2, int(np.ceil(2.0 * speed / (most * self.lasts_s) - 1e-9)))
         self.speeds = np.linspace(0.0, speed, count + 1)
-        fastest = most * self.lasts_s  # From level to a climb within one movement.
+        fastest = CLIMB_SHARE * most * self.lasts_s  # From level to a climb within one movement.
         up, down = min(limits.climb_mps, fastest), min(limits.sink_mps, fastest)
         self.climbs = np.array([-down, 0.0, up])
 
@@ -105,15 +128,21 @@ class _Lattice:
         """The class of a number of speed and a climb -1, 0 or 1."""
         return 3 * speed + climb % 3
 
-    def turn_rad(self, begin: int, end: int, share: float) -> float | None:
+    def lateral_mps2(self, begin: tuple[int, int], end: tuple[int, int]) -> float | None:
+        """What is left of the acceleration between two (speed, climb) classes; None where they are
+        too far apart."""
+        ahead = float(self.speeds[end[0]] - self.speeds[begin[0]]) / self.lasts_s
+        up = float(self.climbs[end[1] + 1] - self.climbs[begin[1] + 1]) / self.lasts_s
+        left = self.limits.acceleration_mps2**2 - ahead**2 - up**2
+        return float(np.sqrt(max(left, 0.0))) if left > -1e-9 else None
+
+    def turn_rad(self, begin: int, end: int, share: float, lateral: float) -> float | None:
         """Turn of a movement between two speeds; None where none is possible."""
         if share == 0.0:
             return 0.0
         most, lasts_s = self.limits.acceleration_mps2, self.lasts_s
         by_yaw = float(np.radians(self.limits.yaw_rate_deg_s)) * lasts_s
         fastest = float(max(self.speeds[begin], self.speeds[end]))
-        ahead = float(self.speeds[end] - self.speeds[begin]) / lasts_s
-        lateral = float(np.sqrt(max(0.0, most**2 - ahead**2)))
         if fastest == 0.0:
             return share * float(min(by_yaw, WIDEST_TURN_RAD))
         if lateral < LEAST_LATERAL * most or begin == 0:
@@ -141,7 +170,10 @@ class _Lattice:
                     end = begin + steps
                     if not 0 <= end < len(self.speeds) or abs(then - climb) > 1:
                         continue
-                    turn = self.turn_rad(begin, end, share)
+                    lateral = self.lateral_mps2((begin, climb), (end, then))
+                    if lateral is None:
+                        continue
+                    turn = self.turn_rad(begin, end, share, lateral)
                     if turn is None or (self.climbs[then + 1] == 0.0 and then != 0):
                         continue
                     way = self.way((begin, climb), (end, then), turn)
@@ -181,7 +213,7 @@ def build_copter(limits: CopterLimits) -> tuple[tuple[Movement, ...], ClassTable
         paths,
         following,
         lattice.class_of(0, 0),
-        class_tube_m=STILL_AIR_TUBE_M + TUBE_PER_MPS * speeds,
+        class_tube_m=limits.tube_m(speeds),
         speed_mps=speeds,
         climb_mps=np.tile(lattice.climbs[[1, 2, 0]], len(lattice.speeds)),
     )

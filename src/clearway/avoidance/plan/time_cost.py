@@ -22,7 +22,7 @@ from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.class_table import ClassTable
 
-SLOWEST_MPS = 0.8
+ARRIVAL_MPS = 0.8
 """Speed at which a vehicle may still come to its last goal: it brakes within the reach radius."""
 TOO_FAST = 0.7
 """Cost of being too fast for the goal beside that of being too slow."""
@@ -147,7 +147,7 @@ def _time_to_go(
         wanted = able.fastest_mps
         seconds = away / able.fastest_mps
         if to.final:
-            wanted = min(wanted, np.sqrt(2.0 * most * away) + SLOWEST_MPS)
+            wanted = min(wanted, np.sqrt(2.0 * most * away) + ARRIVAL_MPS)
             seconds = _time_to_brake(away, most, able.fastest_mps)
         bearing = np.arctan2(dy, dx) if away > 1e-6 else yaw
         off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
@@ -205,9 +205,9 @@ def _time_by_route(
             result[n] += NO_WAY_S
             continue
         away = np.hypot(target[0] - x, target[1] - y)
-        wanted = max(wanted, SLOWEST_MPS)
+        wanted = max(wanted, ARRIVAL_MPS)
         if to.final:
-            wanted = min(wanted, np.sqrt(2.0 * able.acceleration_mps2 * away) + SLOWEST_MPS)
+            wanted = min(wanted, np.sqrt(2.0 * able.acceleration_mps2 * away) + ARRIVAL_MPS)
         yaw = states[node, 5] + route.yaw_rad
         bearing = np.arctan2(dy, dx) if dx != 0.0 or dy != 0.0 else yaw
         off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
@@ -221,7 +221,7 @@ def _time_to_brake(away: float, most: float, fastest: float) -> float:
 
     The speed at a distance s from the end is the square root of 2 a s, plus a slowest one.
     """
-    slowest = SLOWEST_MPS
+    slowest = ARRIVAL_MPS
     braking = max(0.0, fastest - slowest)
     near = min(away, braking * braking / (2.0 * most))
     gained = np.sqrt(2.0 * most * near)

@@ -14,7 +14,6 @@ from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.recovery.early_way import early_way
 from clearway.live.recovery.run_up import run_up
-from clearway.live.routing.detour import known_way
 from clearway.live.routing.route_map import RouteMap, turning_room_m
 from clearway.live.routing.seen_route import MOST_LOOKED, SeenRoute, seen_route
 from clearway.sensors.observed.seen_space import SeenSpace
@@ -244,8 +243,7 @@ def way_round(
     knowledge: Knowledge, position_m: FloatArray, target_m: FloatArray
 ) -> tuple[FloatArray, ...]:
     """Round what the map and the memory show, with room to turn if there is any."""
-    planner = knowledge.planner
-    margin = planner.settings.safety_margin_m
-    wide = margin + 0.5 * planner.automaton.turning_radius_m
-    remembered = knowledge.sensing.remembered
-    return known_way(knowledge.obstacle_map, remembered, position_m, target_m, (wide, margin))
+    routes, remembered = knowledge.known_routes, knowledge.sensing.remembered
+    reach_m = knowledge.sensing.memory_reach_m
+    routes.take(position_m, remembered.position_m, remembered.radius_m, reach_m)
+    return routes.way_m(position_m, target_m)

@@ -94,6 +94,7 @@ class RouteMap:
     for one that turns on the spot. obstacle_map: what is known before. narrow: whether what leaves
     no room to turn may be flown through. sees_m: how far sensors see, where that is known. finer:
     cells are small whatever room a turn takes: coarse ones have no gap where narrow ones are.
+    heights_m: between which ways lead; of rules.
     """
 
     def __init__(
@@ -106,6 +107,7 @@ class RouteMap:
         narrow: bool = False,
         sees_m: float = 0.0,
         finer: bool = False,
+        heights_m: tuple[float, float] = (-np.inf, np.inf),
     ) -> None:
         self._no_room, self._hardly_room = NARROW if narrow else (NO_ROOM_TO_TURN, HARDLY_ROOM)
         coarse = COARSE * voxel_m <= OF_TURN * turning_radius_m
@@ -119,6 +121,7 @@ class RouteMap:
         self._matters_m = max(self.rooms_m[1] + self.width_m, MOST_ROOM * self.width_m)
         self._turning_radius_m = turning_radius_m
         self._obstacle_map = obstacle_map
+        self._heights_m = heights_m
         self._low: IntArray | None = None
         self._shape = SHAPE
         self._nearest: FloatArray = np.full(self._shape, np.inf)
@@ -207,7 +210,8 @@ class RouteMap:
         way = self._aim
         if way is None or self._low is None:
             return True
-        left = _lengths(way[::-1])[::-1]
+        steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+        left = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
         off = np.linalg.norm(way - position_m, axis=1)
         at = int(np.argmin(off))
         if left[0] - left[at] - off[at] >= NEARER * flown_m:
@@ -271,6 +275,9 @@ class RouteMap:
             price[hardly] *= self._hardly_room / self._no_room
         price += self._in_vain
         price[barred] = np.inf
+        floor_m, (lowest, highest) = self.width_m * self._low[2], self._heights_m
+        layers = floor_m + self.width_m * np.arange(price.shape[2])
+        price[:, :, (layers + self.width_m < lowest) | (layers > highest)] = np.inf
         return Cells(
             np.asarray(self._low * self.width_m, dtype=np.float64),
             self.width_m,
@@ -279,12 +286,6 @@ class RouteMap:
             nearest,
             np.inf if self._turns_wide else MOST_FINE,
         )
-
-
-def _lengths(corners_m: FloatArray) -> FloatArray:
-    """[n] length of a polyline [n, 3] up to each corner."""
-    steps = np.linalg.norm(np.diff(corners_m, axis=0), axis=1)
-    return np.concatenate([np.zeros(1), np.cumsum(steps)])
 
 
 def _moved(

@@ -42,6 +42,7 @@ class RouteMaps:
                 narrow=planner.settings.narrow == Narrow.ALLOW or known,
                 sees_m=sensing.sees_m,
                 finer=finer,
+                heights_m=(planner.settings.lowest_m, planner.settings.highest_m),
             )
             for finer in ((False, True) if known else (False,))
         )

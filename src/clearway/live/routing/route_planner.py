@@ -21,6 +21,7 @@ from clearway.live.routing.field.known_space import (
     cells_of,
 )
 from clearway.live.routing.field.marching import march
+from clearway.live.routing.field.way_down import way_down
 
 EXACT_LEVELS = 2
 """The finest so many levels tell what is closed; in coarser cells a forest would look like a
@@ -141,6 +142,13 @@ class RoutePlanner:
             found = time_to_go(field, *vehicle_m.tolist())[0] < np.inf
         self._last = field if found else None
         return field, found
+
+    def way_m(self, vehicle_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+        """Return the corners [3] of a way from the vehicle [3] to a target [3], without its ends;
+        none where no way is known, or the straight one is open."""
+        field, found = self.field(vehicle_m, target_m)
+        corners = way_down(field, vehicle_m) if found else np.zeros((0, 3))
+        return tuple(corners[:-1].copy())
 
     def _guess_s(self, vehicle_m: FloatArray, target_m: FloatArray) -> float:
         """The most seconds that a way from the vehicle may take, by the last field."""

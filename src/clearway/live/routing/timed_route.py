@@ -1,14 +1,17 @@
-"""The route planner of a vehicle with inertia: what it keeps to, and which cells it needs."""
+"""The route planner of a flight: what it keeps to, and which cells it needs."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.time_cost import SLOWEST_MPS, speed_abilities
+from clearway.avoidance.plan.time_cost import ARRIVAL_MPS, speed_abilities
 from clearway.avoidance.rate.route_field import Pace
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
+from clearway.live.routing.route_map import turning_room_m
 from clearway.live.routing.route_planner import (
     SLOW,
     WIDE,
@@ -18,12 +21,24 @@ from clearway.live.routing.route_planner import (
 )
 from clearway.obstacles.obstacle_map import ObstacleMap
 
-OF_MARGIN = 1.0
-"""Edge of the finest cells, in margins."""
+OF_MARGIN, OF_TURN = 1.0, 0.25
+"""Edge of the finest cells, in margins, and in turning radii where these are more."""
 BESIDE_M = 3.0
-"""How far above and below the heights of the mission ways round are looked for."""
+"""How far above and below the heights of the mission ways round are looked for, at least."""
 LAYER_M = 1.0
-"""From one layer of cells to the next."""
+"""From one layer of cells to the next, at least."""
+VERTICAL = 2.0
+"""What a metre up or down costs a vehicle without inertia, in metres ahead."""
+
+
+class _Needs(NamedTuple):
+    """What a vehicle needs of a route."""
+
+    pace: Pace
+    margin_m: float
+    wide_m: float
+    """From that clearance on it is as fast as it can be."""
+    asked_within_m: float
 
 
 def route_planner_for(
@@ -34,27 +49,21 @@ def route_planner_for(
     Parameters
     ----------
     planner
-        Of a vehicle with inertia.
     mission
         Its heights say between which ways round are looked for.
     obstacle_map
         What is known before take-off.
     """
-    settings, able = planner.settings, speed_abilities(planner.automaton)
-    classes = planner.automaton.classes
-    assert classes is not None  # By its class table it has inertia.
-    margin_m = settings.safety_margin_m + float(classes.class_tube_m[classes.first])
-    pace = Pace(
-        able.fastest_mps, able.acceleration_mps2, SLOWEST_MPS, able.climb_mps, able.sink_mps
-    )
+    settings, needs = planner.settings, _needs_of(planner)
+    turning_m = turning_room_m(planner.automaton)
     goals = np.concatenate([mission.start.position_m[None], mission.goals_m])
     low, high = float(goals[:, 2].min()), float(goals[:, 2].max())
-    lowest_m = max(low - BESIDE_M, min(settings.lowest_m, low))
-    highest_m = min(high + BESIDE_M, max(settings.highest_m, high))
+    beside_m = 0.0 if planner.automaton.stays_level else max(BESIDE_M, turning_m)
+    lowest_m = max(low - beside_m, min(settings.lowest_m, low))
+    highest_m = min(high + beside_m, max(settings.highest_m, high))
     away_m = float(np.ptp(goals[:, :2], axis=0).max()) + planner.grid.range_m
-    width_m = OF_MARGIN * settings.safety_margin_m
-    layout = route_cells_for(width_m, away_m, lowest_m, highest_m, LAYER_M)
-    reach_m = able.fastest_mps * planner.horizon_s
+    width_m = max(OF_MARGIN * settings.safety_margin_m, OF_TURN * turning_m)
+    cells = route_cells_for(width_m, away_m, lowest_m, highest_m, max(LAYER_M, width_m))
 
     def mapped(places_m: FloatArray, within_m: float) -> FloatArray:
         assert obstacle_map is not None
@@ -62,13 +71,29 @@ def route_planner_for(
 
     return RoutePlanner(
         RouteSettings(
-            pace,
-            margin_m,
+            needs.pace,
+            needs.margin_m,
             mission.reach_radius_m,
-            reach_m,
-            SLOW * able.fastest_mps,
-            WIDE * margin_m,
+            needs.asked_within_m,
+            SLOW * needs.pace.fastest_mps,
+            needs.wide_m,
         ),
-        layout,
+        cells,
         None if obstacle_map is None else mapped,
     )
+
+
+def _needs_of(planner: Planner) -> _Needs:
+    margin_m, classes = planner.settings.safety_margin_m, planner.automaton.classes
+    if classes is not None and classes.has_speeds:
+        able = speed_abilities(planner.automaton)
+        margin_m += float(classes.class_tube_m[classes.first])
+        pace = Pace(
+            able.fastest_mps, able.acceleration_mps2, ARRIVAL_MPS, able.climb_mps, able.sink_mps
+        )
+        return _Needs(pace, margin_m, WIDE * margin_m, able.fastest_mps * planner.horizon_s)
+    speed = planner.speed_mps
+    pace = Pace(speed, np.inf, speed, speed / VERTICAL, speed / VERTICAL)
+    # With room to turn, where there is any.
+    wide_m = max(WIDE * margin_m, margin_m + 0.5 * turning_room_m(planner.automaton))
+    return _Needs(pace, margin_m, wide_m, planner.grid.range_m)

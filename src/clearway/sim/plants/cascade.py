@@ -18,6 +18,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
+from clearway.sim.plants.led import LedGains, led_acceleration, led_sum
 from clearway.sim.plants.quadrotor import (
     GRAVITY_MPS2,
     Airframe,
@@ -146,6 +147,19 @@ def rotor_speeds(
 
 
 @compiled
+def seen_rotation(x: Floats, noise: Floats) -> Floats2:
+    """[3, 3] world from body, as the vehicle's own sensors tell it."""
+    r = rotate_by_quaternion(x[6:10])
+    tilt = noise[3:6]
+    seen = r.copy()
+    for j in range(3):
+        seen[0, j] += tilt[1] * r[2, j] - tilt[2] * r[1, j]
+        seen[1, j] += tilt[2] * r[0, j] - tilt[0] * r[2, j]
+        seen[2, j] += tilt[0] * r[1, j] - tilt[1] * r[0, j]
+    return seen
+
+
+@compiled
 def fly_held(
     x: Floats,
     rotors: Floats,
@@ -167,13 +181,7 @@ def fly_held(
         velocity = x[3:6] + noise[:3]
         led, ahead = led_on(led, velocity, held[0], held[1], held[2], step_s, gains)
         wanted = wanted_acceleration(velocity, led, held[2], ahead, gains)
-        r = rotate_by_quaternion(x[6:10])
-        tilt = noise[3:6]
-        seen = r.copy()
-        for j in range(3):
-            seen[0, j] += tilt[1] * r[2, j] - tilt[2] * r[1, j]
-            seen[1, j] += tilt[2] * r[0, j] - tilt[0] * r[2, j]
-            seen[2, j] += tilt[0] * r[1, j] - tilt[1] * r[0, j]
+        seen = seen_rotation(x, noise)
         asked = rotor_speeds(
             thrust_wanted(wanted, gains),
             led.yaw_rad,
@@ -186,3 +194,41 @@ def fly_held(
         )
         x, rotors = step_quadrotor(x, rotors, asked, air, sides, frame, step_s)
     return x, rotors, led
+
+
+@compiled
+def fly_led(
+    x: Floats,
+    rotors: Floats,
+    total: Floats,
+    rows: tuple[Floats, Floats],
+    air: Floats,
+    noise: Floats,
+    sides: Floats2,
+    frame: Airframe,
+    gains: Gains,
+    led: LedGains,
+    steps: int,
+    step_s: float,
+) -> tuple[Floats, Floats, Floats]:
+    """State, rotors and the position's sum after steps; rows: [11] a reference at both ends.
+
+    noise: as of `fly_held`.
+    """
+    for n in range(steps):
+        asked = rows[0] + (n + 0.5) / steps * (rows[1] - rows[0])
+        velocity = x[3:6] + noise[:3]
+        wanted = led_acceleration(x[0:3], velocity, asked, total, led)
+        total = led_sum(x[0:3], asked, total, step_s, led)
+        speeds = rotor_speeds(
+            thrust_wanted(wanted, gains),
+            asked[9],
+            asked[10],
+            seen_rotation(x, noise),
+            x[10:13] + noise[6:9],
+            sides,
+            frame,
+            gains,
+        )
+        x, rotors = step_quadrotor(x, rotors, speeds, air, sides, frame, step_s)
+    return x, rotors, total

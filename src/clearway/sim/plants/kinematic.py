@@ -9,9 +9,15 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sim.plants.air import Air
+from clearway.sim.plants.led import Asked, LedGains, LedWay, PointMass, fly_point_mass
 from clearway.sim.settings import SimulationSettings
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.prediction import corrected_movement, needs_correction, prediction_error
+
+MASS = PointMass()
+LED = LedGains(drag_per_s=MASS.drag_per_s)
+LEAD_S = (MASS.lag_s, MASS.lag_s)
+INNER_S = 0.005
 
 
 class KinematicPlant:
@@ -44,6 +50,9 @@ class KinematicPlant:
         self._origin, self._steps = self.state, 0
         self._way: FloatArray = np.zeros((0, 6))
         """[steps, 6] states of the present movement, where nothing disturbs it."""
+        self._led: LedWay | None = None
+        self._mass = np.concatenate([start.position_m, np.zeros(6)])
+        self._sum_mps2 = np.zeros(3)
         self._disturbed = (
             settings.state_noise_mps > 0.0
             or settings.input_noise > 0.0
@@ -57,8 +66,19 @@ class KinematicPlant:
         self._movement = self._corrected(movement)
         self._way = np.zeros((0, 6))
 
+    @property
+    def lag_s(self) -> float:
+        return max(LEAD_S) if self._disturbed else 0.0
+
+    def follow(self, asked: Asked) -> None:
+        """Be where a reference says: exactly, or, disturbed, as a mass that lags and has drag."""
+        self._led = LedWay(asked, LEAD_S if self._disturbed else (0.0, 0.0))
+
     def step(self, duration_s: float) -> None:
         """Move on; steps of one movement are of one length."""
+        if self._led is not None:
+            self._follow(self._led, duration_s)
+            return
         self._steps += 1
         if self._disturbed:
             self.state = self._carried(self.state, self._movement, duration_s)
@@ -68,6 +88,31 @@ class KinematicPlant:
             times = duration_s * np.arange(1, steps + 1)
             self._way = self._automaton.predict_each(self._origin, self._movement, times)
         self.state = self._way[self._steps - 1]
+
+    def _follow(self, way: LedWay, duration_s: float) -> None:
+        before, after = way.step(duration_s)
+        place = after[:3]
+        if self._disturbed:
+            air = self._air.step(
+                duration_s, float(np.linalg.norm(before[3:6])), self.state[2], self.state[5]
+            )
+            steps = max(1, round(duration_s / INNER_S))
+            self._mass, self._sum_mps2 = fly_point_mass(
+                self._mass,
+                self._sum_mps2,
+                before,
+                after,
+                air,
+                MASS,
+                LED,
+                steps,
+                duration_s / steps,
+            )
+            v = self._noise.uniform(-1.0, 1.0, 3) * self._settings.input_noise
+            w = self._noise.uniform(-1.0, 1.0, 3) * self._settings.state_noise_mps
+            self._mass[:3] += (w + v * np.linalg.norm(before[3:6])) * duration_s
+            place = self._mass[:3]
+        self.state = np.array([*place, 0.0, 0.0, after[9]])
 
     def _corrected(self, movement: Movement) -> Movement:
         """The movement that brings the attitude back to what the chain of movements predicts.

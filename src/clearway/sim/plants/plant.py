@@ -14,11 +14,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from clearway.base.errors import OwnCodeError
+from clearway.base.errors import ClearwayError, OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.own_code import guard_call
 from clearway.sim.plants.air import Air
+from clearway.sim.plants.led import Asked
 from clearway.vehicle.automaton import Movement, MovementAutomaton
+from clearway.vehicle.copter import CopterLimits
 
 
 class Plant(Protocol):
@@ -43,6 +45,30 @@ class Plant(Protocol):
         ...
 
 
+class LedPlant(Plant, Protocol):
+    """A plant that follows a reference, as a vehicle with inertia is flown."""
+
+    @property
+    def lag_s(self) -> float:
+        """How long before its time a change of the acceleration has to be known."""
+        ...
+
+    def follow(self, asked: Asked) -> None:
+        """From now on, be where a reference says; `asked` tells it a time from now on."""
+        ...
+
+
+def leading(plant: Plant) -> LedPlant:
+    """A plant that follows references; raises ClearwayError where it does not."""
+    if not hasattr(plant, "follow"):
+        raise ClearwayError(
+            f"plant {type(plant).__name__}: a vehicle with inertia is led by references; give the "
+            'plant a method `follow(asked)`, or fly kind = "inertialess"'
+        )
+    led: LedPlant = plant  # type: ignore[assignment]
+    return led
+
+
 MakePlant = Callable[[FloatArray, float, Air], Plant]
 """(state [6], speed along the path in m/s, air) -> a plant trimmed in straight and level flight, at
 rest at 0 m/s."""
@@ -59,6 +85,8 @@ class PlantKind:
     movements: Callable[..., MovementAutomaton] | None = None
     """The movements that it is usually flown with, by closed form, for a `speed_mps` and a
     `duration_s` or by its own defaults; None where it has none of its own."""
+    copter: CopterLimits | None = None
+    """What it can do as a copter with inertia; None for what is none."""
 
 
 @dataclass
@@ -102,7 +130,8 @@ def own_plant(label: str, found: Any) -> PlantKind:
     about = (inspect.getdoc(found) or label).partition("\n")[0]
     if callable(found) and _takes(found, 3):
         make = guard_call(label, found)
-        return PlantKind(about, make, getattr(found, "movements", None))
+        own = getattr(found, "movements", None), getattr(found, "copter", None)
+        return PlantKind(about, make, *own)
     if callable(found) and _takes(found, 4):
         moves = guard_call(label, found)
 

@@ -9,11 +9,17 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.sim.plants.air import Air
-from clearway.sim.plants.cascade import Gains, Led, fly_held
+from clearway.sim.plants.cascade import Gains, Led, fly_held, fly_led
+from clearway.sim.plants.led import Asked, LedGains, LedWay
 from clearway.sim.plants.quadrotor import ROTOR_SIDES, Airframe, rotate_by_quaternion
 from clearway.vehicle.automaton import Movement
 
 STEPS_PER_S = 500
+LED = LedGains((14.0, 20.0), (6.5, 9.0), sum_per_s3=8.0, most_sum_mps2=6.0, drag_per_s=0.5)
+LEAD_S = (0.1, 0.0)
+"""By how much an acceleration is asked for before its time: what attitude lags."""
+LED_TILT_RAD = 1.05
+"""Of a vehicle that follows a reference: it flies faster, and leans into more drag."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,8 @@ class QuadrotorPlant:
             [self.noise.velocity_mps, self.noise.attitude_rad, self.noise.rates_rps], 3
         )
         self._yaw = yaw
+        self._way: LedWay | None = None
+        self._sum_mps2 = np.zeros(3)
         self._settle()
 
     def _settle(self) -> None:
@@ -64,11 +72,39 @@ class QuadrotorPlant:
     def begin(self, movement: Movement) -> None:
         self._held = (movement.speed_mps, movement.climb_mps or 0.0, movement.yaw_rate_rps)
 
+    @property
+    def lag_s(self) -> float:
+        return max(LEAD_S)
+
+    def follow(self, asked: Asked) -> None:
+        self._way = LedWay(asked, LEAD_S)
+
     def step(self, duration_s: float) -> None:
         x = self._x
         flow = float(np.linalg.norm(x[3:6] - self.air.wind_mps))
         air = self.air.step(duration_s, flow, float(x[2]), self._yaw)
-        self._moved(duration_s, air, self._deviations * self._rng.normal(size=9))
+        noise = self._deviations * self._rng.normal(size=9)
+        if self._way is None:
+            self._moved(duration_s, air, noise)
+        else:
+            self._follow(self._way, duration_s, air, noise)
+
+    def _follow(self, way: LedWay, duration_s: float, air: FloatArray, noise: FloatArray) -> None:
+        steps = max(1, round(duration_s * STEPS_PER_S))
+        self._x, self._rotors, self._sum_mps2 = fly_led(
+            self._x,
+            self._rotors,
+            self._sum_mps2,
+            way.step(duration_s),
+            air,
+            noise,
+            ROTOR_SIDES,
+            self.frame,
+            self.gains._replace(most_tilt_rad=LED_TILT_RAD),
+            LED,
+            steps,
+            duration_s / steps,
+        )
 
     def _moved(self, duration_s: float, air: FloatArray, noise: FloatArray) -> None:
         steps = max(1, round(duration_s * STEPS_PER_S))

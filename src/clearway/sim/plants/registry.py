@@ -9,6 +9,7 @@ from clearway.base.variants import Variants
 from clearway.sim.plants.air import Air
 from clearway.sim.plants.movements import aeroplane_movements, quadrotor_movements
 from clearway.sim.plants.plant import Plant, PlantKind, own_plant
+from clearway.vehicle.copter import CopterLimits
 
 
 def _quadrotor(state: FloatArray, speed_mps: float, air: Air) -> Plant:
@@ -36,6 +37,7 @@ PLANTS: Variants[PlantKind] = Variants(
             "Six degrees of freedom, motor lag and drag, with the AscTec Hummingbird's data.",
             _quadrotor,
             quadrotor_movements,
+            CopterLimits(10.0, 5.0),
         ),
         "c172x": PlantKind(
             "JSBSim's Cessna 172, held by loops of bank, climb, speed and slip (extra `plants`).",
@@ -46,6 +48,7 @@ PLANTS: Variants[PlantKind] = Variants(
             "JSBSim's F450 quadrotor; its rate loops led by velocity and tilt (extra `plants`).",
             _f450,
             partial(quadrotor_movements, speed_mps=3.0, duration_s=2.0),
+            CopterLimits(5.0, 2.0, lag_s=0.25),
         ),
     },
     own_plant,

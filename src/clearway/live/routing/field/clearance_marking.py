@@ -43,10 +43,16 @@ class KnownPoints(NamedTuple):
 
 @compiled
 def tell_points(
-    known: KnownPoints, points: Floats2, grown_m: Floats, telling: int
+    known: KnownPoints,
+    points: Floats2,
+    grown_m: Floats,
+    telling: int,
+    vehicle: Floats,
+    within_m: float,
 ) -> tuple[Ints, Ints]:
-    """Note points [n, 3] and how much nearer each counts [n]; return which are new, and which have
-    changed. Nothing is noted beyond the capacity."""
+    """Note points [n, 3] and how much nearer each counts [n]; return which are new, and which of
+    those within a distance of the vehicle [3] have changed. Nothing is noted beyond the capacity.
+    """
     fresh, changed = [0], [0]
     table, mask, last = known.table, len(known.table) - 1, -1
     per_metre = 1.0 / known.voxel_m
@@ -74,7 +80,12 @@ def tell_points(
                 known.point[at, axis] = points[n, axis]
             known.point[at, 3] = grown_m[n]
             fresh.append(at)
-        elif abs(before - grown) > OTHER and table[slot, 1] >> TOLD_AT != telling:
+        elif (
+            abs(before - grown) > OTHER
+            and abs(points[n, 0] - vehicle[0]) < within_m
+            and abs(points[n, 1] - vehicle[1]) < within_m
+            and table[slot, 1] >> TOLD_AT != telling
+        ):
             known.point[at, 3] = grown_m[n]
             changed.append(at)
         else:
@@ -90,23 +101,44 @@ def _slot(a: int, b: int, c: int, mask: int) -> int:
 
 @compiled
 def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: float) -> Ints:
-    """Return the points within a distance of the vehicle [3] that were not told of, and drop
-    them."""
+    """Return the points within a distance of the vehicle [3] that were not told of, nor any beside
+    them, and drop them: of the same surface, others are told of every time."""
     gone = [0]
+    per_metre = 1.0 / known.voxel_m
     for slot in range(len(known.table)):
         packed = known.table[slot, 1]
         if known.table[slot, 0] < 0 or packed >> TOLD_AT == telling:
             continue
         at = packed & (MOST_POINTS - 1)
-        dx, dy = known.point[at, 0] - vehicle[0], known.point[at, 1] - vehicle[1]
-        dz = known.point[at, 2] - vehicle[2]
-        if dx * dx + dy * dy + dz * dz <= within_m * within_m:
+        x, y, z = known.point[at, 0], known.point[at, 1], known.point[at, 2]
+        dx, dy, dz = x - vehicle[0], y - vehicle[1], z - vehicle[2]
+        if dx * dx + dy * dy + dz * dz > within_m * within_m:
+            continue
+        a, b = int(np.floor(x * per_metre)), int(np.floor(y * per_metre))
+        c = int(np.floor(z * per_metre))
+        if not _is_told_beside(known, telling, a, b, c):
             # Its place in the table stays taken: others may have been put behind it.
             known.table[slot, 0] = GONE
             known.point[at, 3] = -1.0
             known.counts[1] += 1
             gone.append(at)
     return np.array(gone)[1:]
+
+
+@compiled
+def _is_told_beside(known: KnownPoints, telling: int, a: int, b: int, c: int) -> bool:
+    """Whether a point of a voxel that touches one was told of."""
+    table, mask = known.table, len(known.table) - 1
+    for u in range(a - 1, a + 2):
+        for v in range(b - 1, b + 2):
+            for w in range(c - 1, c + 2):
+                key = ((u & MASK) << (2 * BITS)) | ((v & MASK) << BITS) | (w & MASK)
+                slot = _slot(u, v, w, mask)
+                while table[slot, 0] != -1 and table[slot, 0] != key:
+                    slot = (slot + 1) & mask
+                if table[slot, 0] == key and table[slot, 1] >> TOLD_AT == telling:
+                    return True
+    return False
 
 
 @compiled
@@ -257,11 +289,17 @@ def unmark_points(
                     cell = ((level * n + i) * n + j) * layers
                     for k in range(layers):
                         clearance_m[cell + k] = base_m[cell + k]
+        beside = (far + 1) * width
+        west = (levels.low[level, 0] + low_a) * width - beside
+        south = (levels.low[level, 1] + low_b) * width - beside
+        east = (levels.low[level, 0] + far_a) * width + beside
+        north = (levels.low[level, 1] + far_b) * width + beside
         for at in range(known.counts[0]):
-            if known.point[at, 3] < 0.0:
+            x, y = known.point[at, 0], known.point[at, 1]
+            if x < west or x > east or y < south or y > north or known.point[at, 3] < 0.0:
                 continue
-            i = int(np.floor(known.point[at, 0] / width)) - levels.low[level, 0]
-            j = int(np.floor(known.point[at, 1] / width)) - levels.low[level, 1]
+            i = int(np.floor(x / width)) - levels.low[level, 0]
+            j = int(np.floor(y / width)) - levels.low[level, 1]
             # Beyond a side of the level a point may still come near.
             inside = 0 <= i < n and 0 <= j < n
             u, v = min(max(i, 0), n - 1), min(max(j, 0), n - 1)

@@ -27,8 +27,11 @@ from clearway.live.routing.field.route_levels import Levels
 
 ROLL_WITHIN = 8
 """A level moves along once the vehicle is off its middle by this part of its cells."""
-OF_CELL = 0.5
+OF_CELL = 0.6
 """Edge of a voxel that one point is kept of, in finest cells."""
+PROVES_GONE, PROVES_EVERY = 20.0, 4
+"""Finest cells from the vehicle within which points that are not told of are gone, and how often
+that is looked at: farther off other places of the same things are seen every time."""
 MOST_GROWN_M = 2.0
 """A point counts at most so much nearer."""
 BaseClearance = Callable[[FloatArray, float], FloatArray]
@@ -130,16 +133,19 @@ class KnownSpace:
     ) -> bool:
         """Take in points [n, 3] with their radii [n]; return whether any clearance has changed.
 
-        complete_m: within that distance of the vehicle [3], what is not among them is gone.
+        complete_m: within that distance of the vehicle [3], what is not among them is gone; that is
+        looked at now and then, and near it only.
         """
         moved = self._follow(vehicle_m)
         self._telling += 1
         known = self._known
         grown = np.clip(radius_m - self._margin_m, 0.0, MOST_GROWN_M)
-        fresh, changed = tell_points(known, points_m, grown, self._telling)
+        proves = complete_m > 0.0 and self._telling % PROVES_EVERY == 0
+        near_m = min(complete_m, PROVES_GONE * self.layout.width_m) if proves else 0.0
+        fresh, changed = tell_points(known, points_m, grown, self._telling, vehicle_m, near_m)
         levels = self.levels
-        if complete_m > 0.0:
-            gone = find_vanished(known, self._telling, vehicle_m, complete_m)
+        if proves:
+            gone = find_vanished(known, self._telling, vehicle_m, near_m)
             changed = np.concatenate([changed, gone])
         if len(changed):
             unmark_points(
