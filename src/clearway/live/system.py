@@ -375,8 +375,11 @@ class AvoidanceSystem:
         planned = plan.state_at(plan.next_s(now))
         if planned is None:
             return state
-        stds = {"position_std_m": state.position_std_m, "attitude_std_rad": state.attitude_std_rad}
-        return replace(planned, **stds)
+        return replace(
+            planned,
+            position_std_m=state.position_std_m,
+            attitude_std_rad=state.attitude_std_rad,
+        )
 
     def _situation(self, now: float) -> tuple[Situation, float]:
         state = self._start(now)

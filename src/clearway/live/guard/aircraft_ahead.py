@@ -72,10 +72,12 @@ class AircraftAhead:
         tried = _velocities(automaton)
         spare = self.spare_m(tried)
         clear = np.flatnonzero(spare >= SPARE * max(self._kept_m(one) for one in self.intruders))
-        if not len(clear):
-            return tried[int(np.argmax(spare))]
-        off = np.linalg.norm(tried[clear] - wished_mps, axis=1)
-        return tried[clear[int(np.argmin(off))]]
+        best = int(np.argmax(spare))
+        if len(clear):
+            off = np.linalg.norm(tried[clear] - wished_mps, axis=1)
+            best = int(clear[int(np.argmin(off))])
+        found: FloatArray = tried[best]
+        return found
 
     def _kept_m(self, other: Intruder) -> float:
         return self.margin_m + other.radius_m
