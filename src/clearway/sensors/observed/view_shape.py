@@ -157,7 +157,7 @@ def _widest_gap(off: FloatArray, spacing: float) -> float:
     """Greatest angle to the nearest beam within a pattern; of one that leaves much of it open, such
     as rows far apart at its edges, only within what lies near to beams."""
     near = off <= HOLE * spacing
-    if np.mean(near) > WHOLE:
+    if np.count_nonzero(near) > WHOLE * near.size:
         near = off <= SCATTERED * spacing
     return float(off[near].max()) if near.any() else HOLE * spacing
 
