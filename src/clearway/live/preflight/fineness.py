@@ -95,4 +95,5 @@ def what_beams_hold(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
 
 def fine_to_m(lidar: Lidar, smallest_m: float) -> float:
     """How far beams lie so near to each other that an object of a thickness cannot hide."""
-    return min(0.5 * smallest_m / np.sin(view_shape(lidar.pattern).gap_rad), lidar.clears_to_m)
+    fine_m = 0.5 * smallest_m / float(np.sin(view_shape(lidar.pattern).gap_rad))
+    return min(fine_m, lidar.clears_to_m)

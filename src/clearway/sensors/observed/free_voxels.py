@@ -17,7 +17,7 @@ WORD = 64
 """Voxels in one."""
 VoxelBox = tuple[int, int, int, int, int, int]
 """First and last voxel along each axis."""
-HALF_DIAGONAL = 0.5 * float(np.sqrt(3.0))
+HALF_DIAGONAL = 0.5 * np.sqrt(3.0)
 """Of a voxel, in widths."""
 ONE, EVERY = np.uint64(1), np.uint64(0xFFFF_FFFF_FFFF_FFFF)
 
