@@ -15,7 +15,8 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
 from clearway.sensors.observed.free_space import SHAPE, FreeSpace
-from clearway.sensors.observed.seen_space import SeenSpace, pack_voxels
+from clearway.sensors.observed.free_voxels import pack_voxels
+from clearway.sensors.observed.seen_space import SeenSpace
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY
 
@@ -32,7 +33,8 @@ def seen_below(top_m: float, start_free_m: float = 0.0) -> SeenSpace:
     free = np.zeros(SHAPE, dtype=np.bool_)
     layers = np.arange(-free.shape[2] // 2, round(top_m / VOXEL_M))
     free[:, :, layers % free.shape[2]] = True
-    return seen._replace(free=pack_voxels(free))
+    voxels = pack_voxels(free)
+    return seen._replace(free=voxels, whole=voxels)
 
 
 def above_m(planner: Planner, seen: SeenSpace, *known: Obstacle) -> float:

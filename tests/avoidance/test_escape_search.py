@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from itertools import product
 
 import numpy as np
 import pytest
@@ -36,7 +37,9 @@ from clearway.reach.escapes.upwind import ways_in_wind
 from clearway.reach.escapes.ways import Ways
 from clearway.sensors import simulate_scan
 from clearway.sensors.observed.free_space import SHAPE
-from clearway.sensors.observed.seen_space import NO_VOXELS, is_box_free, is_free, pack_voxels
+from clearway.sensors.observed.free_voxels import is_voxel_marked, pack_voxels
+from clearway.sensors.observed.range_views import NO_VIEWS
+from clearway.sensors.observed.seen_space import is_free
 from worlds_for_tests import LIDAR, mission, planner
 
 PLANNER = planner()
@@ -101,7 +104,7 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
     """Among balls all about, which single places are held against first; level and pitched; looked
     up in cells from the beginning, and only in long searches. Likewise where it has to be declared
     free, and is for 100 m about."""
-    window = ways._terms.window.copy()
+    window = ways._terms.seen.window.copy()
     window[7] = 100.0 if declared else window[7]
     rng = np.random.default_rng([count, int(10.0 * margin_m)])
     library = ways.library
@@ -111,7 +114,7 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
         place = place[np.linalg.norm(place, axis=1) > 1.0]
         terms = ways._terms._replace(
             must_see=declared,
-            window=window,
+            seen=ways._terms.seen._replace(window=window),
             margin_m=margin_m,
             bins=bin_points(place, rng.uniform(0.02, 0.3, len(place))),
             grid_from_level=world_from_body([0.0, pitch_rad, 0.0]).T.copy(),
@@ -140,7 +143,8 @@ def test_likewise_where_beginnings_are_not_in_order(ways, seed, often) -> None:
         wind = rng.uniform([-0.2, -0.2, 0.0], [0.2, 0.2, 0.0])
         # Seen but for holes here and there, which fail most loops, and few beginnings.
         free = pack_voxels(rng.random(SHAPE) < 1.0 - 10.0 ** rng.uniform(-2.9, -2.3))
-        terms = ways._terms._replace(wind_mps=wind, least_s=20.0, free=free)
+        space = ways._terms.seen._replace(views=NO_VIEWS, free=free, whole=free)
+        terms = ways._terms._replace(wind_mps=wind, least_s=20.0, seen=space)
         against = ways_in_wind(library, attitude, wind, 1.0)
         assert (np.diff(against.begins) < 0).any()
         pose = rng.uniform([-1.0, -1.0, -0.5, -3.0], [1.0, 1.0, 0.5, 3.0])
@@ -193,7 +197,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         low = rng.integers(0, SHAPE)
         high = low + rng.integers(1, 40, 3)
         free[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = True
-    window = ways._terms.window.copy()
+    window = ways._terms.seen.window.copy()
     window[:3] = rng.integers(-300, 300, 3)
     per_m = window[3]
     middle = (window[:3] + np.array(SHAPE) / 2) / per_m
@@ -206,7 +210,9 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         away = np.linalg.norm((voxels + 0.5) / per_m - window[4:7], axis=-1)
         at = voxels & (np.array(SHAPE) - 1)
         free[at[..., 0], at[..., 1], at[..., 2]] = away > window[7] - np.sqrt(0.75) / per_m
-    terms = ways._terms._replace(free=pack_voxels(free), window=window, origin_m=origin)
+    voxels = pack_voxels(free)
+    space = ways._terms.seen._replace(views=NO_VIEWS, free=voxels, whole=voxels, window=window)
+    terms = ways._terms._replace(seen=space, origin_m=origin)
     wide = wide_space()
     fill_in_wide(wide, terms)
     where = rng.uniform([-40, -40, -24], [40, 40, 24], (4000, 3))
@@ -224,16 +230,14 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
     clear, seen = np.full(1, KEEPS, dtype=np.int8), np.full(1, KEEPS, dtype=np.int8)
     radius = float(rng.uniform(0.01, 0.9))
     steps = steps_within(wide, radius, terms)
-    assert steps == min(int(radius * per_m), MOST)
+    assert steps == np.searchsorted([np.sqrt(2.75), np.sqrt(6.75)], radius * per_m)
     kept, at = set(), 0
     while at < count:
-        about = (unknown, unknown, clear, seen, radius, steps, wide, terms.free, window)
+        about = (unknown, unknown, clear, seen, radius, steps, wide, space)
         at = first_wide(at, each, places, begun, np.zeros(3), *about)
         kept.add(at)
         at += 1
-    truly = {
-        n for n, place in enumerate(origin + where) if is_free(terms.free, window, *place, radius)
-    }
+    truly = {n for n, place in enumerate(origin + where) if is_free(space, *place, radius)}
     assert truly <= kept
     beyond_m = window[7] + np.sqrt(3.0) * (radius + 2.1 / per_m) if window[7] > 0.0 else 0.0
     near = (np.abs(where) < [11.0, 11.0, 6.0]).all(axis=1)
@@ -242,8 +246,15 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         if np.linalg.norm(origin + where[n] - window[4:7]) > beyond_m:
             a, b, c = np.floor((origin + where[n]) * per_m).astype(np.int64).tolist()
             more = steps if near[n] else 0
-            box = (a - more, a + more, b - more, b + more, c - more, c + more)
-            assert (n in kept) == is_box_free(terms.free, window, box, NO_VOXELS)
+            about = range(-more, more + 1)
+            met = (
+                (a + i, b + j, c + k)
+                for i, j, k in product(about, about, about)
+                # Of one step along the axes alone; of two all next to it as well.
+                if sorted((abs(i), abs(j), abs(k)))[1] == 0
+                or (more == MOST and max(abs(i), abs(j), abs(k)) == 1)
+            )
+            assert (n in kept) == all(is_voxel_marked(space.whole, window, *each) for each in met)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -275,7 +286,9 @@ def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed
     """Held against places all over the body all along the way."""
     rng = np.random.default_rng(seed)
     free = rng.random(SHAPE) < 0.999
-    terms = ways._terms._replace(free=pack_voxels(free), unseen_m=float(rng.uniform(0.05, 0.5)))
+    voxels = pack_voxels(free)
+    space = ways._terms.seen._replace(views=NO_VIEWS, free=voxels, whole=voxels)
+    terms = ways._terms._replace(seen=space, unseen_m=float(rng.uniform(0.05, 0.5)))
     assert terms.yaw_rad == 0.0, "level frame and world differ by a place alone"
     ball = rng.normal(size=(300, 3))
     ball *= (rng.random(300) ** (1.0 / 3.0) / np.linalg.norm(ball, axis=1))[:, None]
@@ -288,7 +301,7 @@ def test_a_way_counts_as_seen_only_where_all_that_the_body_passes_was(ways, seed
         shares = np.linspace(0.0, 5.0, 51)
         along = np.stack([np.interp(shares, range(6), corners[:, axis]) for axis in range(3)], 1)
         places = terms.origin_m + (along[:, None] + terms.unseen_m * ball).reshape(-1, 3)
-        a, b, c = np.floor(places * terms.window[3]).astype(np.int64).T
+        a, b, c = np.floor(places * space.window[3]).astype(np.int64).T
         assert free[a % SHAPE[0], b % SHAPE[1], c % SHAPE[2]].all()
     assert seen
 

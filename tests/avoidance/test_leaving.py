@@ -12,7 +12,8 @@ from clearway.base.state import State
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.observed.free_space import SHAPE, FreeSpace
-from clearway.sensors.observed.seen_space import SeenSpace, pack_voxels
+from clearway.sensors.observed.free_voxels import pack_voxels
+from clearway.sensors.observed.seen_space import SeenSpace
 from worlds_for_tests import planner
 
 VOXEL_M = 0.25
@@ -24,7 +25,8 @@ def seen_left_of(right_m: float) -> SeenSpace:
     free = np.zeros(SHAPE, dtype=np.bool_)
     rows = np.arange(int(np.floor(right_m / VOXEL_M)), free.shape[1] // 2)
     free[:, rows % free.shape[1]] = True
-    return seen._replace(free=pack_voxels(free))
+    voxels = pack_voxels(free)
+    return seen._replace(free=voxels, whole=voxels)
 
 
 @pytest.mark.parametrize("had_certain", [False, True])

@@ -33,7 +33,7 @@ def seen_by(obstacle_map: ObstacleMap, sensors=(LIDAR,), escape: str = "mapped")
 
 
 def free(seen, *place: float) -> bool:
-    return bool(is_free(*seen, *place, 0.1))
+    return bool(is_free(seen, *place, 0.1))
 
 
 @pytest.mark.parametrize("sensors", [(LIDAR,), ()])

@@ -12,15 +12,14 @@ from clearway.live import AvoidanceSystem
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import simulate_scan
-from clearway.sensors.observed.seen_space import (
+from clearway.sensors.observed.free_voxels import (
     NO_BOX,
-    NO_VOXELS,
-    is_box_free,
-    is_free,
-    is_marked,
-    is_place_free,
+    are_voxels_free,
+    is_voxel_marked,
     pack_voxels,
 )
+from clearway.sensors.observed.range_views import NO_VIEWS
+from clearway.sensors.observed.seen_space import SeenSpace, is_free, is_place_free
 from worlds_for_tests import LIDAR, mission, planner
 
 FAR = mission((40.0, 0.0, 0.0))
@@ -40,7 +39,7 @@ def after_one_decision(world=None) -> AvoidanceSystem:
 def sees_free(system: AvoidanceSystem, place, time_s: float) -> bool:
     seen = system.situation(time_s)[0].seen
     assert seen is not None
-    return bool(is_free(*seen, *place, 0.1))
+    return bool(is_free(seen, *place, 0.1))
 
 
 @pytest.mark.parametrize(("off_m", "kept"), [(0.0, True), (0.5, True), (0.7, False), (30.0, False)])
@@ -101,26 +100,26 @@ def test_a_place_is_free_where_a_ball_without_radius_is() -> None:
         window = np.concatenate([[-30.0, -31.0, -17.0, 4.0, 1.0, 1.5, 0.5, declared_m], box])
         for place in rng.uniform(-9.0, 9.0, (500, 3)):
             x, y, z = place.tolist()
-            assert is_place_free(free, window, x, y, z) == is_free(free, window, x, y, z, 0.0)
+            seen = SeenSpace(free, window, NO_VIEWS, free)
+            assert is_place_free(seen, x, y, z) == is_free(seen, x, y, z, 0.0)
 
 
-def test_a_box_is_free_where_all_its_voxels_are() -> None:
-    """Boxes of all sizes, across words and across the window's seam, with one voxel or none unseen;
-    what is known of a box inside need not be looked at again."""
+def test_a_ball_is_free_where_all_voxels_that_it_meets_are() -> None:
+    """Balls of all sizes, across words and across the window's seam, with one voxel unseen."""
     rng = np.random.default_rng(4)
     window = np.concatenate([[-30.0, -31.0, -100.0, 4.0, 0.0, 0.0, 0.0, 0.0], NO_BOX.ravel()])
     told = []
     for _ in range(300):
-        low = rng.integers([-30, -31, -100], [20, 20, 15])
-        high = np.minimum(low + rng.integers(0, [7, 7, 100]), [33, 32, 27])
-        box = tuple(np.stack([low, high], axis=1).ravel().tolist())
+        radius = float(rng.uniform(0.0, 2.0))
+        middle = rng.uniform([-5.0, -5.0, -22.0], [5.5, 5.5, 4.0])
+        hole = np.floor((middle + rng.normal(size=3) * radius) * 4.0).astype(np.int64)
+        hole = np.clip(hole, [-30, -31, -100], [33, 32, 27])
         voxels = np.ones((64, 64, 128), dtype=np.bool_)
-        hole = rng.integers(low - 1, high + 2)
         voxels[tuple(hole % [64, 64, 128])] = False
         free = pack_voxels(voxels)
-        inside = bool(np.all((low <= hole) & (hole <= high)))
-        assert is_box_free(free, window, box, NO_VOXELS) == (not inside)
-        assert is_marked(free, *low.tolist()) == bool(voxels[tuple(low % [64, 64, 128])])
-        assert is_box_free(free, window, box, box)
-        told.append(inside)
+        nearest = np.clip(middle, hole / 4.0, (hole + 1) / 4.0)
+        meets = bool(np.linalg.norm(nearest - middle) <= radius)
+        assert are_voxels_free(free, window, *middle, radius) == (not meets)
+        assert is_voxel_marked(free, window, *hole.tolist()) is False
+        told.append(meets)
     assert 50 < sum(told) < 250

@@ -36,7 +36,8 @@ from clearway.live.routing.seen_route import (
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors.observed.free_space import SHAPE, FreeSpace
-from clearway.sensors.observed.seen_space import NOTHING_SEEN, pack_voxels
+from clearway.sensors.observed.free_voxels import pack_voxels
+from clearway.sensors.observed.seen_space import NOTHING_SEEN
 
 MARGIN_M, RADIUS_M, VOXEL_M, REACH_M = 0.6, 3.82, 0.25, 15.0
 START, GOAL = np.zeros(3), np.array([30.0, 0.0, 0.0])

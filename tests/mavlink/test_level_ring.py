@@ -22,7 +22,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
 from clearway.sensors.observed.free_space import FreeSpace
-from clearway.sensors.observed.seen_space import is_place_free
+from clearway.sensors.observed.seen_space import is_free
 from clearway.sensors.range_sensor import LidarSensor
 from companion_missions import CALM, mission
 from mavlink_for_tests import distances
@@ -143,8 +143,8 @@ def test_no_column_stands_in_what_a_tilted_ring_shows(
     for x in ticks:
         for y in ticks:
             east, north = place[0] + x, place[1] + y
-            if math.hypot(x, y) < radius_m - 0.18:  # Voxels are marked by their middle.
-                assert not is_place_free(seen.free, seen.window, east, north, 5.0)
+            if math.hypot(x, y) < radius_m:
+                assert not is_free(seen, east, north, 5.0, 0.0)
 
 
 def test_an_opening_shows_less_the_more_the_vehicle_tilts() -> None:
@@ -157,7 +157,7 @@ def test_an_opening_shows_less_the_more_the_vehicle_tilts() -> None:
         free = FreeSpace(0.25, state.position_m, reach_m=10.0)
         free.take(LidarSensor(lidar), replace(scan, blind_m=0.0), state)
         seen, up_m = free.seen, np.arange(0.125, 3.0, 0.25)
-        heights_m.append(sum(is_place_free(*seen[:2], 6.1, 0.1, z) for z in up_m) * 0.25)
+        heights_m.append(sum(is_free(seen, 6.1, 0.1, z, 0.0) for z in up_m) * 0.25)
     assert heights_m == sorted(heights_m, reverse=True)
     assert heights_m[0] == heights_m[1] > 1.0  # So much is taken from the opening for good.
     assert heights_m[1] > heights_m[2] > heights_m[3]
@@ -181,7 +181,7 @@ def test_nothing_is_cleared_through_what_the_sensor_does_not_measure() -> None:
         flown.session.tick(flown.wall_s)
         space = core.system._known.sensing.free_space
         assert space is not None
-        assert is_place_free(*space.seen[:2], 5.0, 0.1, 7.0) is seen
+        assert is_free(space.seen, 5.0, 0.1, 7.0, 0.0) is seen
 
 
 # --- before it flies ----------------------------------------------------------------------------

@@ -36,7 +36,7 @@ def seen(places_m: np.ndarray, world: ObstacleMap, start_free_m: float = 1.5) ->
 
 def marked(free: FreeSpace, places_m: np.ndarray) -> np.ndarray:
     space = free.seen
-    return np.array([is_free(space.free, space.window, *place, 0.0) for place in places_m])
+    return np.array([is_free(space, *place, 0.0) for place in places_m])
 
 
 def test_nothing_is_free_behind_what_stands_within_the_blind_range() -> None:

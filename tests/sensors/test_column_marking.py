@@ -10,7 +10,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
 from clearway.sensors.observed.free_space import FreeSpace
-from clearway.sensors.observed.seen_space import is_place_free
+from clearway.sensors.observed.seen_space import is_free
 from clearway.sensors.range_sensor import LidarSensor
 
 VOXEL_M, REACH_M = 0.25, 8.0
@@ -69,7 +69,7 @@ def marked(
     seen, ticks = free.seen, np.arange(-REACH_M, REACH_M, VOXEL_M) + 0.5 * VOXEL_M
     corner = np.floor(state.position_m / VOXEL_M) * VOXEL_M
     middles = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), -1).reshape(-1, 3) + corner
-    return middles[[is_place_free(seen.free, seen.window, *place) for place in middles.tolist()]]
+    return middles[[is_free(seen, *place, 0.0) for place in middles.tolist()]]
 
 
 def holds(found: Array, world: Array) -> None:

@@ -1,26 +1,21 @@
-"""What a sweep marks is what each voxel, asked on its own, says: no column is passed over."""
+"""What a sweep notes is what each voxel, asked on its own, says: no block is passed over."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from clearway.base.frames import world_from_body
+from clearway.base.state import State
+from clearway.sensors import Lidar, Scan
 from clearway.sensors.beams.pattern import BeamPattern
-from clearway.sensors.beams.raster import beam_raster, nearest_returns
-from clearway.sensors.observed.free_marking import (
-    COLUMNS,
-    ROWS,
-    WITHIN,
-    _goes_on,
-    _nearest_around,
-    field_of,
-    mark,
-)
-from clearway.sensors.observed.seen_space import WORD, pack_voxels
-from clearway.sensors.passing.passed_points import Sensor
+from clearway.sensors.observed.free_marking import COLUMNS, ROWS, mark
+from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.free_voxels import is_marked, pack_voxels
+from clearway.sensors.observed.range_views import goes_by, shows_ball
+from clearway.sensors.observed.seen_space import NOTHING_SEEN, is_place_free
+from clearway.sensors.range_sensor import LidarSensor
 
-VOXEL_M, SHORT_M = 0.3, 0.4
+VOXEL_M = 0.3
 
 
 def pattern(rng: np.random.Generator, seed: int) -> BeamPattern:
@@ -30,45 +25,55 @@ def pattern(rng: np.random.Generator, seed: int) -> BeamPattern:
         wide_deg = 360.0
     if seed % 4 == 1:
         middle_deg = rng.uniform(-180.0, 180.0)
-    across = np.arange(int(rng.integers(8, 60))) / 60.0 * wide_deg + middle_deg - wide_deg / 2
-    up = np.linspace(*np.sort(rng.uniform(-88.0, 88.0, 2)), int(rng.integers(4, 20)))
+    across = np.arange(int(rng.integers(20, 90))) / 90.0 * wide_deg + middle_deg - wide_deg / 2
+    up = np.linspace(*np.sort(rng.uniform(-88.0, 88.0, 2)), int(rng.integers(8, 30)))
     azimuth, elevation = np.meshgrid(np.radians((across + 180.0) % 360.0 - 180.0), np.radians(up))
-    spacing = float(np.radians(max(wide_deg / 60.0, np.diff(up).max())))
-    return BeamPattern("p", azimuth.ravel(), elevation_rad=elevation.ravel(), spacing_rad=spacing)
+    spacing = float(np.radians(max(wide_deg / 90.0, np.diff(up).max())))
+    return BeamPattern(
+        "p", azimuth.ravel(), elevation_rad=elevation.ravel(), spacing_rad=spacing, max_range_m=30.0
+    )
 
 
-@pytest.mark.parametrize("seed", [*range(8), 19, 29, 42, 47, 65, 70])
+def seen_in(rng: np.random.Generator, seed: int, reach_m: float) -> tuple[FreeSpace, np.ndarray]:
+    """After one sweep with returns anywhere; and where the sensor was."""
+    lidar = Lidar("p", pattern(rng, seed))
+    state = State(rng.uniform(-2.0, 2.0, 3), rng.uniform([-0.6, -1.2, -3.0], [0.6, 1.2, 3.0]))
+    free = FreeSpace(VOXEL_M, state.position_m, reach_m=reach_m)
+    free.take(LidarSensor(lidar), Scan(rng.normal(size=(40, 3)) * 2.0, sensor="p"), state)
+    return free, state.position_m
+
+
+@pytest.mark.parametrize("seed", range(12))
 def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
-    """The later ones have columns that only just reach into what beams see."""
     rng = np.random.default_rng(seed)
-    raster = beam_raster(pattern(rng, seed))
-    field = field_of(raster)
-    rotation = world_from_body(rng.uniform([-0.6, -1.2, -3.0], [0.6, 1.2, 3.0]))
-    origin, reach = rng.uniform(-2.0, 2.0, 3), float(rng.uniform(2.0, 4.5))
-    blind = float(rng.choice([0.0, 0.6]))
-    sensor = Sensor(rotation, origin, origin, blind, 30.0, 0.0, 0.01, 0.0)
-    nearest = nearest_returns(rng.normal(size=(40, 3)) * 2.0, raster)
+    reach = float(rng.uniform(2.0, 4.5))
+    space, origin = seen_in(rng, seed, reach)
+    views = space.seen.views
+    slot = int(views.asked[0])
     free = pack_voxels(np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.bool_))
     low = np.array([-COLUMNS // 2, -COLUMNS // 2, -ROWS // 2])
-    mark(free, low, VOXEL_M, raster, field, nearest, sensor, reach, SHORT_M)
-
-    around, far = _nearest_around(nearest, raster), int(reach / VOXEL_M) + 3
-    tall = min(reach, (WITHIN * ROWS - 1.0) * VOXEL_M)
+    mark(free, low, VOXEL_M, reach, views, slot)
+    far = int(reach / VOXEL_M) + 3
     ticks = np.arange(-far, far + 1)
     steps = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-    voxels = np.floor(origin / VOXEL_M).astype(np.int64) + steps
-    said = 0
-    for a, b, c in voxels.tolist():
-        away = (np.array([a, b, c]) + 0.5) * VOXEL_M - origin
-        x, y, z = (rotation.T @ away).tolist()
-        distance = float(np.linalg.norm(away))
-        within = blind <= distance <= reach and abs(away[2]) <= tall
-        aside = abs(x) + abs(y)
-        sees = field.behind or (x >= 0.0 and field.right * aside <= y <= field.left * aside)
-        sees = sees and field.least * distance <= z <= field.most * distance
-        says = within and sees and _goes_on(x, y, z, distance, SHORT_M, around, field)
-        word = free[a & (COLUMNS - 1), b & (COLUMNS - 1), (c & (ROWS - 1)) // WORD]
-        assert bool(int(word) >> (c & (WORD - 1)) & 1) == says, (a, b, c)
+    voxels, said = np.floor(origin / VOXEL_M).astype(np.int64) + steps, 0
+    for voxel in voxels:
+        says = goes_by(views, slot, *((voxel + 0.5) * VOXEL_M).tolist())
+        assert is_marked(free, *voxel.tolist()) == says, voxel
         said += says
     assert int(np.unpackbits(free.view(np.uint8)).sum()) == said
     assert said or seed % 4 != 0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_where_a_view_shows_a_ball_as_wide_as_a_voxel_the_index_says_so(seed: int) -> None:
+    """Else what is free would be passed over."""
+    rng = np.random.default_rng(seed)
+    space, origin = seen_in(rng, seed, 4.5)
+    seen, shown = space.seen, 0
+    slot, none = int(seen.views.asked[0]), NOTHING_SEEN.window
+    for place in (origin + rng.uniform(-4.0, 4.0, (20_000, 3))).tolist():
+        if shows_ball(seen.views, slot, none, *place, np.sqrt(0.75) * VOXEL_M):
+            assert is_place_free(seen, *place)
+            shown += 1
+    assert shown or seed % 4 != 0

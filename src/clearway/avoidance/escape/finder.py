@@ -81,7 +81,7 @@ class WaysOut:
             too_near(near.margin_m),
             wide_space(),
         )
-        self._surface_m = SURFACE / self._terms.window[3] + 3.0 * situation.range_sigma_m
+        self._surface_m = SURFACE / self._terms.seen.window[3] + 3.0 * situation.range_sigma_m
         self._aloof: dict[int, bool] = {}
         self._after: dict[tuple[int, bool, float], WayOut | None] = {}
         self._now: dict[tuple[bool, float], WayOut | None] = {}
@@ -214,7 +214,8 @@ class WaysOut:
     def _aloof_here(self) -> float:
         """Share of the margin that is kept here from what nobody has seen."""
         terms, here = self._terms, np.zeros((1, 3))
-        if np.linalg.norm(terms.origin_m - terms.window[4:7]) < terms.window[7]:
+        start_m, free_m = terms.seen.start
+        if np.linalg.norm(terms.origin_m - start_m) < free_m:
             return 0.0
         for share in (1.0, *LESSER_MARGINS[:-1]):
             if keeps_aloof(here, 0.0, share * self._full_m, self._surface_m, terms):

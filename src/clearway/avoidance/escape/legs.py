@@ -13,16 +13,11 @@ import numpy as np
 from clearway.avoidance.clear.clearance import Span, reach_about
 from clearway.avoidance.clear.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.clear.hazards import MovingHazards, PointBins
-from clearway.base.arrays import Floats, Floats2, UInt64s3
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
-from clearway.sensors.observed.seen_space import (
-    NO_VOXELS,
-    box_about,
-    is_box_free,
-    is_declared,
-)
+from clearway.sensors.observed.seen_space import SeenSpace, is_free
 
 GROWN_S = 10.0
 """For how long what is unsure of wind and predictions adds up: then own states have told anew."""
@@ -33,9 +28,7 @@ Times = tuple[float, float]
 class EscapeTerms(NamedTuple):
     """What an escape is held against."""
 
-    free: UInt64s3
-    """Of what was seen to be free, with its window."""
-    window: Floats
+    seen: SeenSpace
     must_see: bool
     """Whether what nobody has seen counts as occupied."""
     unseen_m: float
@@ -155,38 +148,27 @@ def pose_after(pose: Floats, path: Floats2) -> Floats:
 @compiled
 def was_seen(corners: Floats2, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
-    return _way_was_seen(
-        corners, sagitta + terms.unseen_m, terms.origin_m, terms.yaw_rad, terms.free, terms.window
-    )
+    return _way_was_seen(corners, sagitta + terms.unseen_m, terms)
 
 
 @compiled
-def _way_was_seen(
-    corners: Floats2,
-    radius: float,
-    origin: Floats,
-    yaw: float,
-    free: UInt64s3,
-    window: Floats,
-) -> bool:
-    cosine, sine = np.cos(yaw), np.sin(yaw)
+def _way_was_seen(corners: Floats2, radius: float, terms: EscapeTerms) -> bool:
+    """Whether balls about the corners were, wide enough to hold all of the way between them."""
+    origin, cosine, sine = terms.origin_m, np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
     last = len(corners) - 1
     half = 0.0
     for s in range(last):
         dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
         dz = corners[s + 1, 2] - corners[s, 2]
         half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
-    known = NO_VOXELS  # Boxes of neighbours share most of their voxels.
+    around = np.sqrt(radius * radius + half * half)
     for at in range(len(corners)):
         s = last - at
         x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
         y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
         z = origin[2] + corners[s, 2]
-        if not is_declared(window, x, y, z, radius + half):
-            box = box_about(window, x, y, z, radius + half)
-            if box != known and not is_box_free(free, window, box, known):
-                return False
-            known = box
+        if not is_free(terms.seen, x, y, z, around):
+            return False
     return True
 
 
@@ -219,9 +201,7 @@ def leg_was_seen(
     """Whether it leads through seen space, so far from the unseen."""
     lay_out_leg(pose, path, times, terms.wind_mps, room.level_m)
     radius = sagitta + unsure_after(times[1], terms) + unseen
-    return _way_was_seen(
-        room.level_m, radius, terms.origin_m, terms.yaw_rad, terms.free, terms.window
-    )
+    return _way_was_seen(room.level_m, radius, terms)
 
 
 @compiled

@@ -7,11 +7,11 @@ import numpy as np
 from clearway.avoidance.clear.hazards import has_point_within
 from clearway.avoidance.escape.chains import step_on
 from clearway.avoidance.escape.legs import EscapeTerms
-from clearway.base.arrays import Floats, Floats2, UInt64s3
+from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.reach.escapes.legs import Legs
 from clearway.reach.escapes.ways import Ways
-from clearway.sensors.observed.seen_space import is_free
+from clearway.sensors.observed.seen_space import SeenSpace, is_free
 
 NEARLY = 0.9
 """Of a distance, so that rounding never makes a first look stricter than the last."""
@@ -52,8 +52,7 @@ def places_were_seen(
     placed: Floats,
     wind: Floats,
     radius: float,
-    free: UInt64s3,
-    window: Floats,
+    seen: SeenSpace,
 ) -> bool:
     """Whether places first to last of a loop were seen, in one round of it.
 
@@ -66,7 +65,7 @@ def places_were_seen(
         ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
         x = x0 + cosine * ahead - sine * left + wind[0] * when
         y = y0 + sine * ahead + cosine * left + wind[1] * when
-        if not is_free(free, window, x, y, z0 + places[n, 2] + wind[2] * when, radius):
+        if not is_free(seen, x, y, z0 + places[n, 2] + wind[2] * when, radius):
             return False
     return True
 

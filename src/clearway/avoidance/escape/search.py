@@ -190,7 +190,7 @@ def _first_seen(
         if steps >= 0:
             if begun.tips.known[0] < len(begun.posed):
                 lead_up_to(len(begun.posed) - 1, ways, legs, begun.tips)
-            looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.free, terms.window)
+            looked_up = (met, cleared, clear, seen, radius, steps, wide, terms.seen)
             e = first_wide(e, ways, places, begun, wind, *looked_up)
             if e == escapes:
                 break
@@ -274,7 +274,7 @@ def _first_loop_seen(
     """The first from an escape on, of those with its beginning and before another, of whose loop
     nothing known rules out that it was seen, nor its places; the one after them if there is
     none."""
-    free, window, begins = terms.free, terms.window, ways.begins
+    space, begins = terms.seen, ways.begins
     begin, e = begins[escape], escape
     in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
     if in_cells and begun.posed[begin] == UNKNOWN:
@@ -287,12 +287,12 @@ def _first_loop_seen(
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             if met[e] == UNKNOWN:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
-                for n in range(first, last):
+                for n in range(first, last if space.window[14] == 0.0 else first):
                     ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
                     east = x + cosine * ahead - sine * left + wind[0] * when
                     north = y + sine * ahead + cosine * left + wind[1] * when
                     up = z + places[n, 2] + wind[2] * when
-                    if not is_place_free(free, window, east, north, up):
+                    if not is_place_free(space, east, north, up):
                         met[e] = FAILS
                         break
             if (
@@ -302,7 +302,7 @@ def _first_loop_seen(
             ):
                 cleared[e] = FAILS
             elif met[e] == KEEPS and places_were_seen(
-                places, first, last, placed, wind, NEARLY * unseen, free, window
+                places, first, last, placed, wind, NEARLY * unseen, space
             ):
                 return e
         e += 1
@@ -364,4 +364,4 @@ def _is_clear(placed: Floats, unseen: float, terms: EscapeTerms) -> bool:
     """Whether about a place, by `placed_at`, so much was seen: quick to tell that what begins or
     ends there did not."""
     x, y, z = placed[0], placed[1], placed[2]
-    return is_free(terms.free, terms.window, x, y, z, NEARLY * unseen)
+    return is_free(terms.seen, x, y, z, NEARLY * unseen)

@@ -11,15 +11,10 @@ import numpy as np
 
 from clearway.avoidance.clear.clearance import make_span, points_clearance, shapes_clearance
 from clearway.avoidance.escape.legs import EscapeTerms
-from clearway.base.arrays import Floats, Floats2, UInt64s3
+from clearway.base.arrays import Floats2
 from clearway.base.compiled import compiled
-from clearway.sensors.observed.seen_space import (
-    NO_VOXELS,
-    VoxelBox,
-    box_about,
-    is_box_free,
-    is_declared,
-)
+from clearway.sensors.observed.free_voxels import VoxelBox, box_about
+from clearway.sensors.observed.seen_space import SeenSpace, is_free, is_voxel_free
 
 Ball = tuple[float, float, float, float]
 """Middle and radius, world frame."""
@@ -42,37 +37,30 @@ def keeps_aloof(
         step = corners[s + 1] - corners[s]
         half = max(half, 0.5 * np.sqrt(np.sum(step * step)))
     around = np.sqrt((aloof + sagitta) ** 2 + half * half)
-    known = NO_VOXELS
     for at in range(len(corners)):
         s = last - at
         x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
         y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
         z = origin[2] + corners[s, 2]
-        if is_declared(terms.window, x, y, z, around):
+        if is_free(terms.seen, x, y, z, around):
             continue
-        box = box_about(terms.window, x, y, z, around)
-        if box == known:
-            continue
-        if is_box_free(terms.free, terms.window, box, known):
-            known = box
-            continue
+        box = box_about(terms.seen.window, x, y, z, around)
         if not _is_surface((x, y, z, around), box, surface, terms):
             return False
-        known = NO_VOXELS
     return True
 
 
 @compiled
 def _is_surface(ball: Ball, box: VoxelBox, surface: float, terms: EscapeTerms) -> bool:
     """Whether all that was not seen of a ball lies at something known."""
-    origin, window, g = terms.origin_m, terms.window, terms.grid_from_level
+    origin, window, g = terms.origin_m, terms.seen.window, terms.grid_from_level
     width = 1.0 / window[3]
     cosine, sine = np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
     place = np.empty((2, 3))
     for a in range(box[0], box[1] + 1):
         for b in range(box[2], box[3] + 1):
             for c in range(box[4], box[5] + 1):
-                if not _is_unseen(terms.free, window, ball, a, b, c):
+                if not _is_unseen(terms.seen, ball, a, b, c):
                     continue
                 dx, dy = (a + 0.5) * width - origin[0], (b + 0.5) * width - origin[1]
                 ahead, left = cosine * dx + sine * dy, cosine * dy - sine * dx
@@ -89,13 +77,13 @@ def _is_surface(ball: Ball, box: VoxelBox, surface: float, terms: EscapeTerms) -
 
 
 @compiled
-def _is_unseen(free: UInt64s3, window: Floats, ball: Ball, a: int, b: int, c: int) -> bool:
+def _is_unseen(seen: SeenSpace, ball: Ball, a: int, b: int, c: int) -> bool:
     """Whether a ball meets a voxel that was not seen to be free."""
-    width = 1.0 / window[3]
+    width = 1.0 / seen.window[3]
     x, y, z, radius = ball
     dx = max(a * width - x, 0.0, x - (a + 1) * width)
     dy = max(b * width - y, 0.0, y - (b + 1) * width)
     dz = max(c * width - z, 0.0, z - (c + 1) * width)
     if dx * dx + dy * dy + dz * dz > radius * radius:
         return False
-    return not is_box_free(free, window, (a, a, b, b, c, c), NO_VOXELS)
+    return not is_voxel_free(seen, a, b, c)

@@ -34,7 +34,7 @@ def make_escape_terms(
     strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
     grown = near.margin_m - settings.safety_margin_m
     return EscapeTerms(
-        *(NOTHING_SEEN if seen is None else seen),
+        NOTHING_SEEN if seen is None else seen,
         strict,
         settings.body_radius_m + grown,
         near.margin_m,

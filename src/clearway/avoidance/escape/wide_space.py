@@ -12,7 +12,8 @@ from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints, UInt64s2, UInt64s3
 from clearway.base.compiled import compiled
 from clearway.reach.escapes.ways import Ways
-from clearway.sensors.observed.seen_space import ONE, WORD, is_marked
+from clearway.sensors.observed.free_voxels import ONE, WORD, is_marked
+from clearway.sensors.observed.seen_space import SeenSpace
 
 ACROSS = 128
 """Columns along both level axes, a power of two."""
@@ -21,6 +22,9 @@ MOST = 2
 OFTEN = 600
 """So many loops are looked at at one decision before this is worth filling in."""
 FILLED, NONE = -1, -1
+ALONG, ALL = float(np.sqrt(1.5**2 + 2.0 * 0.5**2)), 1.5 * float(np.sqrt(3.0))
+"""Voxels from any place to the farthest middle of those beside its own voxel along the axes, and of
+all about it; to the middles of those within two along the axes it is no farther."""
 STEP_SPARE = 1e-3
 """Of a voxel, by which rounding may take a ball for a smaller one."""
 
@@ -31,8 +35,8 @@ class WideSpace(NamedTuple):
 
     seen: UInt64s3
     """[MOST + 1, ACROSS, ACROSS] a word for each column, from the lowest one on: WORD voxels."""
-    between: UInt64s2
-    """[ACROSS, ACROSS] to work with."""
+    between: UInt64s3
+    """[2, ACROSS, ACROSS] to work with."""
     low: Ints
     """[3] number of the lowest voxel along each axis."""
     looked: Ints
@@ -42,18 +46,22 @@ class WideSpace(NamedTuple):
 def wide_space() -> WideSpace:
     """Room for them: nobody has touched it."""
     seen = np.empty((MOST + 1, ACROSS, ACROSS), dtype=np.uint64)
-    between = np.empty((ACROSS, ACROSS), dtype=np.uint64)
+    between = np.empty((2, ACROSS, ACROSS), dtype=np.uint64)
     return WideSpace(seen, between, np.zeros(3, np.int64), np.zeros(1, np.int64))
 
 
 @compiled
 def steps_within(wide: WideSpace, radius: float, terms: EscapeTerms) -> int:
-    """Voxels on either side that a ball of a radius meets wherever it lies; NONE where nothing can
-    be looked up: nothing is filled in, or a map is declared complete and tells more than was
-    seen."""
-    if wide.looked[0] != FILLED or terms.window[8] <= terms.window[11]:
+    """Voxels on either side whose middles a ball of a radius holds wherever it lies.
+
+    NONE where nothing can be looked up: nothing is filled in, a map is declared complete and tells
+    more than was seen, or views do.
+    """
+    window = terms.seen.window
+    if wide.looked[0] != FILLED or window[8] <= window[11] or window[14] > 0.0:
         return NONE
-    return min(int(max(radius * terms.window[3] - STEP_SPARE, 0.0)), MOST)
+    across = radius * window[3] - STEP_SPARE
+    return 0 if across < ALONG else (1 if across < ALL else MOST)
 
 
 @compiled
@@ -70,8 +78,7 @@ def first_wide(
     radius: float,
     steps: int,
     wide: WideSpace,
-    free: UInt64s3,
-    window: Floats,
+    space: SeenSpace,
 ) -> int:
     """The first from an escape on that has not failed, and of which all about its loop's places and
     the end of its beginning may have been seen, within a radius; their number if there is none.
@@ -81,6 +88,7 @@ def first_wide(
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
     placed, tips, voxels, level = begun.placed, begun.tips.places, wide.seen, np.uint64(steps)
+    free, window = space.free, space.window
     per_m, escapes, one = window[3], np.uint64(len(ways.begins)), np.uint64(1)
     low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), float(wide.low[2])
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
@@ -168,7 +176,10 @@ def _was_not_seen(a: float, b: float, c: float, low: Ints, free: UInt64s3, windo
 @compiled
 def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
     """Count loops that are looked at; whether that was once too often, and all is filled in now."""
-    if wide.looked[0] == FILLED or terms.free.shape[0] < ACROSS or terms.free.shape[2] < 2:
+    free = terms.seen.free
+    if wide.looked[0] == FILLED or free.shape[0] < ACROSS or free.shape[2] < 2:
+        return False
+    if terms.seen.window[14] > 0.0:
         return False
     wide.looked[0] += loops
     if wide.looked[0] <= OFTEN:
@@ -181,7 +192,7 @@ def look_at(wide: WideSpace, loops: int, terms: EscapeTerms) -> bool:
 def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
     """Note what was seen about the vehicle; beside what lies farther off all counts as seen."""
     wide.looked[0] = FILLED
-    free, window, low = terms.free, terms.window, wide.low
+    free, window, low = terms.seen.free, terms.seen.window, wide.low
     columns, words = free.shape[0], free.shape[2]
     for axis in range(3):
         across, most = (ACROSS, columns) if axis < 2 else (WORD, WORD * words)
@@ -192,7 +203,9 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
     # A word from within two, one above the other.
     under, bit = np.uint64((low[2] // WORD) & (words - 1)), np.uint64(low[2] & (WORD - 1))
     over, rest = np.uint64((low[2] // WORD + 1) & (words - 1)), np.uint64(WORD - 1) - bit
-    alone, one, two, between = wide.seen[0], wide.seen[1], wide.seen[2], wide.between
+    alone, one, two = wide.seen[0], wide.seen[1], wide.seen[2]
+    between, cube = wide.between[0], wide.between[1]
+    # Of one step those along the axes; of two all within one step, and those along the axes.
     for i in range(ACROSS):
         a = np.uint64((low_a + i) & (columns - 1))
         for j in range(ACROSS):
@@ -200,10 +213,25 @@ def fill_in_wide(wide: WideSpace, terms: EscapeTerms) -> None:
             alone[i, j] = (free[a, b, under] >> bit) | ((free[a, b, over] << rest) << ONE)
     _narrow_upwards(alone, one)
     _narrow_sideways(one, between)
-    _narrow_along(between, one)
+    _narrow_along(between, cube)
     _narrow_upwards(one, two)
-    _narrow_sideways(two, between)
-    _narrow_along(between, two)
+    _keep_both(cube, two)
+    _narrow_sideways(alone, between)
+    _keep_both(between, one)
+    _narrow_sideways(between, cube)
+    _keep_both(cube, two)
+    _narrow_along(alone, between)
+    _keep_both(between, one)
+    _narrow_along(between, cube)
+    _keep_both(cube, two)
+
+
+@compiled
+def _keep_both(other: UInt64s2, into: UInt64s2) -> None:
+    """Of voxels, those that are in another set too: [ACROSS, ACROSS]."""
+    for i in range(ACROSS):
+        for j in range(ACROSS):
+            into[i, j] &= other[i, j]
 
 
 @compiled

@@ -43,6 +43,8 @@ SEEN_REACH = 1.2
 """How far away free space is marked, in ranges of the grid or of escapes."""
 VOXEL_OF_MARGIN = 5.0 / 12.0
 """Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
+SMALLEST_M = 0.3
+"""Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 
@@ -65,7 +67,18 @@ def free_space_for(
         reach_m=SEEN_REACH * max(planner.grid.range_m, planner.escape_reach_m),
         complete_m=complete_m if settings.escape == Escape.MAPPED else None,
         span_m=settings.obstacles_span_m,
+        smallest_m=smallest_object_m(planner),
+        finds_all=planner.automaton.can_stop,
     )
+
+
+def smallest_object_m(planner: Planner) -> float:
+    """Thickness of the smallest object that may not hide between beams; 0 where that is not asked:
+    what cannot stop has to see too far."""
+    declared_m = planner.settings.smallest_object_m
+    if declared_m is None:
+        return SMALLEST_M if planner.automaton.can_stop else 0.0
+    return declared_m
 
 
 def _start_free_m(planner: Planner) -> float:

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.avoidance.plan.planner import Planner
+from clearway.live.inputs.range_sensing import smallest_object_m
 from clearway.sensors import Lidar
+from clearway.sensors.observed.view_shape import view_shape
 
 MILLIMETRES = 1e3
 
@@ -79,8 +81,19 @@ def what_beams_hold(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
     held = thickness_held_m(planner, lidars)
     if planner.settings.smallest_object_m is not None or not np.isfinite(held):
         return None
-    return (
+    told = (
         f"safety.smallest_object_m is not declared: at the turning distance of "
         f"{turning_distance_m(planner):.2f} m the beams hold things {MILLIMETRES * held:.3g} mm "
         "thick or more; thinner ones may stand between them"
     )
+    smallest_m = smallest_object_m(planner)
+    if smallest_m > 0.0:
+        far_m = max(fine_to_m(lidar, smallest_m) for lidar in lidars)
+        told += f"; {smallest_m:g} m counts, so space is seen to be free up to {far_m:.3g} m"
+    return told
+
+
+def fine_to_m(lidar: Lidar, smallest_m: float) -> float:
+    """How far beams lie so near to each other that an object of a thickness cannot hide."""
+    fine_m = 0.5 * smallest_m / float(np.sin(view_shape(lidar.pattern).gap_rad))
+    return min(fine_m, lidar.clears_to_m)

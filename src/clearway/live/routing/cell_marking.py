@@ -7,7 +7,7 @@ import numpy as np
 from clearway.base.arrays import Bools3, Floats, Floats3, Ints, UInt64s3
 from clearway.base.compiled import compiled
 from clearway.live.routing.nearest_balls import outwards
-from clearway.sensors.observed.seen_space import WORD, is_marked
+from clearway.sensors.observed.free_voxels import WORD, is_marked
 
 
 @compiled

@@ -9,61 +9,74 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Floats2, UInt64s3
+from clearway.base.arrays import Floats, Int16s
 from clearway.base.compiled import compiled
-from clearway.sensors.beams.raster import BeamRaster
-from clearway.sensors.observed.seen_space import is_place_free
+from clearway.sensors.observed.seen_space import SeenSpace, is_free
+from clearway.sensors.observed.view_shape import COLUMNS, FARTHEST, ROWS, SIN_HALF
 from clearway.sensors.passing.passed_points import Sensor
 
-STEPS = 2.0
-"""Places looked up in a voxel's width."""
+BLOCK = 8
+"""Pixels along each side of what is looked up at once."""
+STEPS = 6
+"""Balls along the way through the blind range."""
 
 
 @compiled
-def heard_of(
-    nearest: Floats2, raster: BeamRaster, sensor: Sensor, free: UInt64s3, window: Floats
-) -> Floats2:
-    """[columns, rows] range of the nearest return; 0 also where nothing came back and the way
-    through the blind range was not seen to be free.
-
-    nearest: `nearest_returns` of a sweep. free, window: of a `SeenSpace`.
-    """
-    told = nearest.copy()
-    _note_hidden(told, raster, sensor, free, window)
-    return told
-
-
-@compiled
-def _note_hidden(
-    told: Floats2, raster: BeamRaster, sensor: Sensor, free: UInt64s3, window: Floats
+def hide_unheard(
+    image: Int16s, numbers: Floats, directions: Floats, sensor: Sensor, before: SeenSpace
 ) -> None:
-    columns, rows = told.shape
-    for j in range(columns):
-        # The middle of the column, by its pseudo-angle.
-        turned = (j + 0.5) / raster.per_column - 2.0
-        forward = turned if abs(turned) <= 1.0 else np.copysign(2.0, turned) - turned
-        x = np.copysign(1.0 - abs(forward), 1.0 if abs(turned) <= 1.0 else -1.0)
-        level = np.sqrt(x * x + forward * forward)
-        for k in range(rows):
-            if told[j, k] == np.inf and raster.low[j, k] < np.inf:
-                sine = min(1.0, max(-1.0, raster.bottom + (k + 0.5) / raster.per_row))
-                cosine = np.sqrt(1.0 - sine * sine) / level
-                if not _was_free(cosine * x, cosine * forward, sine, sensor, free, window):
-                    told[j, k] = 0.0
+    """Take back what pixels without return show, where their way through the blind range was not
+    seen to be free before.
+
+    image, numbers, directions: of a view and its `ViewShape`.
+    """
+    o, near = sensor.origin, sensor.min_range
+    if is_free(before, o[0], o[1], o[2], near):
+        return
+    rows, columns = int(numbers[ROWS]), int(numbers[COLUMNS])
+    wide = min(2.0 * BLOCK * numbers[SIN_HALF], 1.0)
+    for i in range(0, rows, BLOCK):
+        below = min(i + BLOCK, rows)
+        row = (i + below) // 2
+        for j in range(0, columns, BLOCK):
+            beside = min(j + BLOCK, columns)
+            if not _has_unheard(image, columns, (i, below), (j, beside)):
+                continue
+            column = (j + beside) // 2
+            cosine = directions[2 * columns + rows + row]
+            x, y = cosine * directions[column], cosine * directions[columns + column]
+            if not _was_free(x, y, directions[2 * columns + row], wide, sensor, before):
+                for k in range(i, below):
+                    for at in range(k * columns + j, k * columns + beside):
+                        if image[at] == FARTHEST:
+                            image[at] = np.int16(0)
+                        elif image[at] == -1 - FARTHEST:
+                            image[at] = np.int16(-1)
 
 
 @compiled
-def _was_free(x: float, y: float, z: float, sensor: Sensor, free: UInt64s3, window: Floats) -> bool:
-    """Whether a direction of the sensor's frame was seen to be free through its blind range."""
+def _has_unheard(image: Int16s, columns: int, high: tuple[int, int], wide: tuple[int, int]) -> bool:
+    """Whether any pixel of a block has no return."""
+    for i in range(high[0], high[1]):
+        for at in range(i * columns + wide[0], i * columns + wide[1]):
+            if image[at] == FARTHEST or image[at] == -1 - FARTHEST:
+                return True
+    return False
+
+
+@compiled
+def _was_free(x: float, y: float, z: float, wide: float, sensor: Sensor, before: SeenSpace) -> bool:
+    """Whether directions about one of the sensor's frame were seen to be free through its blind
+    range; wide: sine of the angle to the farthest of them."""
     r, o = sensor.rotation, sensor.origin
     east = r[0, 0] * x + r[0, 1] * y + r[0, 2] * z
     north = r[1, 0] * x + r[1, 1] * y + r[1, 2] * z
     up = r[2, 0] * x + r[2, 1] * y + r[2, 2] * z
-    count = int(np.ceil(STEPS * sensor.min_range * window[3]))
-    for n in range(count + 1):
-        away = sensor.min_range * n / count
-        if not is_place_free(
-            free, window, o[0] + away * east, o[1] + away * north, o[2] + away * up
-        ):
+    half = 0.5 * sensor.min_range / STEPS
+    for n in range(STEPS):
+        away = (2 * n + 1) * half
+        across = (away + half) * wide
+        radius = np.sqrt(half * half + across * across)
+        if not is_free(before, o[0] + away * east, o[1] + away * north, o[2] + away * up, radius):
             return False
     return True

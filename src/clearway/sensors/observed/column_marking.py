@@ -9,23 +9,34 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Floats2, Ints, UInt64s, UInt64s3
+from clearway.base.arrays import Floats, Ints, UInt64s, UInt64s3
 from clearway.base.compiled import compiled
 from clearway.sensors.beams.binning import TINY
-from clearway.sensors.beams.raster import BeamRaster
 from clearway.sensors.observed.free_marking import (
-    ASIDE_SHARE,
     COLUMNS,
     ROWS,
-    TO_LEFT,
-    TO_RIGHT,
-    BeamField,
-    _ends_along,
-    _nearest_around,
 )
-from clearway.sensors.observed.seen_space import ONE, WORD
+from clearway.sensors.observed.free_voxels import ONE, WORD
+from clearway.sensors.observed.range_views import RangeViews
+from clearway.sensors.observed.view_shape import (
+    AROUND,
+    BOTTOM,
+    FIRST,
+    PER_ROW,
+    SIN_GAP,
+    SIN_GUARD,
+    column_at,
+)
+from clearway.sensors.observed.view_shape import COLUMNS as IMAGE_COLUMNS
+from clearway.sensors.observed.view_shape import ROWS as IMAGE_ROWS
 from clearway.sensors.passing.passed_points import Sensor
 
+HALF_WIDTH = 0.5 * float(np.sqrt(2.0))
+"""From the middle of a voxel to a corner, seen from above, in widths."""
+TILTED = 1.2
+"""By which a voxel may look wider along the beams of a tilted sensor."""
+SURELY_INSIDE = 1e-6
+"""Of a voxel, by which rounding may put it beyond the heights."""
 STEEPEST = 0.1
 """Cosine of the steepest beam that is looked along: steeper ones show the place overhead alone."""
 
@@ -35,29 +46,27 @@ def mark_columns(
     free: UInt64s3,
     low: Ints,
     voxel: float,
-    raster: BeamRaster,
-    field: BeamField,
-    nearest: Floats2,
+    sines: tuple[float, float],
     sensor: Sensor,
     reach: float,
-    short: float,
+    views: RangeViews,
+    slot: int,
     heights: Floats,
     tilt: float,
 ) -> None:
     """Mark the voxels above and below each place that a beam near to level goes beyond.
 
-    heights: [2] between which whatever stands is a column, world frame. tilt: angle by which beams
-    may point higher or lower than the pattern says.
+    sines: of the lowest and highest beam. heights: [2] between which whatever stands is a column,
+    world frame. tilt: angle by which beams may point higher or lower than the pattern says.
     """
     # The bits between the heights: the same in every column.
     bits = np.zeros(free.shape[2], dtype=np.uint64)
-    first = max(int(np.ceil(heights[0] / voxel - ASIDE_SHARE)), low[2])
-    last = min(int(np.floor(heights[1] / voxel + ASIDE_SHARE)) - 1, low[2] + ROWS - 1)
+    first = max(int(np.ceil(heights[0] / voxel - SURELY_INSIDE)), low[2])
+    last = min(int(np.floor(heights[1] / voxel + SURELY_INSIDE)) - 1, low[2] + ROWS - 1)
     for c in range(first, last + 1):
         at = c & (ROWS - 1)
         bits[at // WORD] |= ONE << np.uint64(at & (WORD - 1))
-    around = _nearest_around(nearest, raster)
-    _mark_columns(free, low, voxel, field, around, sensor, reach, short, heights, tilt, bits)
+    _mark_columns(free, low, voxel, sines, sensor, reach, views, slot, heights, tilt, bits)
 
 
 @compiled
@@ -65,20 +74,20 @@ def _mark_columns(
     free: UInt64s3,
     low: Ints,
     voxel: float,
-    field: BeamField,
-    around: Floats2,
+    sines: tuple[float, float],
     sensor: Sensor,
     reach: float,
-    short: float,
+    views: RangeViews,
+    slot: int,
     heights: Floats,
     tilt: float,
     bits: UInt64s,
 ) -> None:
     r, o = sensor.rotation, sensor.origin
-    first_a, last_a = _ends_along(o[0], reach, voxel)
-    first_b, last_b = _ends_along(o[1], reach, voxel)
-    first_a, last_a = max(first_a, low[0]), min(last_a, low[0] + COLUMNS - 1)
-    first_b, last_b = max(first_b, low[1]), min(last_b, low[1] + COLUMNS - 1)
+    first_a = max(int(np.floor((o[0] - reach) / voxel)), low[0])
+    last_a = min(int(np.floor((o[0] + reach) / voxel)), low[0] + COLUMNS - 1)
+    first_b = max(int(np.floor((o[1] - reach) / voxel)), low[1])
+    last_b = min(int(np.floor((o[1] + reach) / voxel)), low[1] + COLUMNS - 1)
     slack, slope = np.cos(tilt), np.tan(tilt)
     for a in range(first_a, last_a + 1):
         dx = (a + 0.5) * voxel - o[0]
@@ -97,8 +106,8 @@ def _mark_columns(
             along = (r[0, 2] * dx + r[1, 2] * dy) / (level + TINY)
             upright = r[2, 2]
             sine, up = along, 0.0
-            if along < field.least or along > field.most:
-                sine = min(max(along, field.least), field.most)
+            if along < sines[0] or along > sines[1]:
+                sine = min(max(along, sines[0]), sines[1])
                 size = np.sqrt(along * along + upright * upright)
                 if abs(sine) >= size:
                     continue
@@ -114,27 +123,47 @@ def _mark_columns(
                 continue
             x = r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz
             y = r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz
-            if _goes_beyond(x, y, sine, (distance + short) / slack, around, field):
+            half = HALF_WIDTH * voxel
+            if level <= half:
+                continue
+            beyond = (distance + half / np.cos(up)) / slack
+            if _row_goes_on(x, y, sine, beyond, half / level, views, slot):
                 for word in range(len(bits)):
                     free[i, j, np.uint64(word)] |= bits[word]
 
 
 @compiled
-def _goes_beyond(
-    x: float, y: float, sine: float, beyond: float, around: Floats2, field: BeamField
+def _row_goes_on(
+    x: float, y: float, sine: float, beyond: float, aside: float, views: RangeViews, slot: int
 ) -> bool:
-    """Whether beams lie about a direction that some beam has the sine of, and all go on."""
-    aside = abs(x) + abs(y)
-    if not field.behind and (x < 0.0 or y < field.right * aside or y > field.left * aside):
+    """Whether all beams about a direction go on, as far aside as a voxel is wide and the guard.
+
+    aside: sine of half the voxel's width.
+    """
+    kind = np.uint64(views.kind[slot])
+    numbers = views.numbers[kind]
+    rows, columns, around = int(numbers[IMAGE_ROWS]), int(numbers[IMAGE_COLUMNS]), numbers[AROUND]
+    row = int(np.floor((sine - numbers[BOTTOM]) * numbers[PER_ROW]))
+    need = int(100.0 * beyond / (1.0 - numbers[SIN_GAP])) + 1
+    half_sine = TILTED * aside + numbers[SIN_GUARD] / np.sqrt(max(1.0 - sine * sine, TINY))
+    if row < 0 or row >= rows or half_sine >= 1.0:
         return False
-    forward = y / (aside + TINY)
-    turned = forward if x >= 0.0 else np.copysign(2.0, y) - forward
-    column = (turned + 2.0) * field.per_column
-    at = min(int(column), around.shape[0] - 1)
-    row = int((sine - field.bottom) * field.per_row)
-    if row < 0 or row >= around.shape[1]:
+    half_cosine, first = np.sqrt(1.0 - half_sine * half_sine), int(numbers[FIRST])
+    j0 = int(column_at(x * half_cosine + y * half_sine, y * half_cosine - x * half_sine, around))
+    j1 = int(column_at(x * half_cosine - y * half_sine, y * half_cosine + x * half_sine, around))
+    j0, j1 = j0 - first, j1 - first
+    if columns < int(around) and (j0 < 0 or j1 >= columns or j1 < j0):
         return False
-    j, k = np.uint64(at), np.uint64(row)
-    if around[j, k] < beyond or field.lowest[j, k] == np.inf:
-        return False
-    return bool(field.beside[j, k] & (TO_RIGHT if column - at < 0.5 else TO_LEFT))
+    if j1 < j0:
+        j1 += columns
+    stride = len(views.pixels) // len(views.kind)
+    beside = int(np.ceil(numbers[SIN_GUARD] * numbers[PER_ROW]))
+    for i in range(max(row - beside, 0), min(row + beside + 1, rows)):
+        for j in range(j0, j1 + 1):
+            at = i * columns + (j if j < columns else j - columns)
+            far = int(views.pixels[np.uint64(slot * stride + at)])
+            if i == row and far < 0:
+                return False
+            if (far if far >= 0 else -1 - far) < need:
+                return False
+    return True

@@ -1,20 +1,23 @@
-"""Space that was seen to be free: voxels of the world that beams crossed, remembered as one flies.
+"""Space that was seen to be free, remembered as one flies: voxels that beams crossed, range views.
 
 What stands somewhere and what is known to be free there are two things: between them lies what
 nobody has looked at. A vehicle that cannot stop is safe only on ways through space that is known to
 be free (the free spaces of section 3.5), so whatever is not marked here counts as occupied.
 
-A beam clears what it crosses up to one voxel before the nearest return around its direction, and a
-beam without return as far as the sensor would have seen the darkest target: one return that got
-lost among others clears nothing behind it, nor does one whose way through the sensor's blind range
-nobody has seen. Where obstacles are declared to be columns, a beam clears what lies above and below
-it too.
+A beam clears what lies before its return, and a beam without return as far as the sensor would
+have seen the darkest target; none clears anything from where the smallest object may hide between
+beams. A place is free if all beams about it go on: one return that got lost among others clears
+nothing behind it, nor does one whose way through the sensor's blind range nobody has seen. Where
+obstacles are declared to be columns, a beam clears what lies above and below it too.
+
+Each scan becomes a range view; the latest and keyframes are asked. Voxels are their index: they
+note where a beam went by, for as long as the window holds them. What sensors of one's own say
+passes, and what lies above and below a level plane, is known by whole voxels alone.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -25,28 +28,36 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray, State
 from clearway.sensors.beams.lidar import Lidar, Scan
-from clearway.sensors.beams.pattern import BeamPattern
-from clearway.sensors.beams.raster import BeamRaster, beam_raster, nearest_returns
-from clearway.sensors.observed.blind_range import heard_of
+from clearway.sensors.observed.blind_range import hide_unheard
 from clearway.sensors.observed.column_marking import mark_columns
 from clearway.sensors.observed.free_marking import (
     COLUMNS,
     ROLL_WITHIN,
     ROWS,
     WITHIN,
-    BeamField,
-    field_of,
     mark,
 )
-from clearway.sensors.observed.seen_space import NO_BOX, ONE, WORD, SeenSpace, Voxels
+from clearway.sensors.observed.free_voxels import (
+    HALF_DIAGONAL,
+    NO_BOX,
+    NO_VOXELS,
+    ONE,
+    WORD,
+    Voxels,
+)
+from clearway.sensors.observed.kept_views import KeptViews
+from clearway.sensors.observed.seen_space import SeenSpace
+from clearway.sensors.observed.view_shape import view_shape
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor, passed_by
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
 MOST_ASKED, MOST_STEPS = 20_000, 48
 """Voxels that a sensor of one's own is asked about at a sweep, and steps to the farthest one."""
-FINE = 0.7
-"""Of a voxel at the farthest place marked, that bins of directions are wide at least."""
+KEYFRAMES = 64
+"""Views that are kept beside the latest."""
+APART_M, APART_OF_REACH = 0.5, 1.0 / 80.0
+"""Keyframes stand so far apart at least, or that share of the reach."""
 
 
 class FreeSpace:
@@ -54,9 +65,13 @@ class FreeSpace:
 
     voxel_m: width of a voxel. start_m [3], start_free_m: a ball of the world that the mission
     declares free, since nobody can look at where the vehicle stands. reach_m: farther away nothing
-    is marked. complete_m [2, 3]: lowest and highest corner of the box in which a map shows all that
+    is free. complete_m [2, 3]: lowest and highest corner of the box in which a map shows all that
     stands: there nothing needs to be seen. span_m: lowest and highest height between which whatever
-    stands reaches through all heights; None where nothing is declared.
+    stands reaches through all heights; None where nothing is declared. smallest_m: thickness of the
+    smallest object, which must not hide between beams; 0 where nothing is promised of what is
+    thinner than beams are apart. finds_all: balls narrower than a voxel count as free wherever a
+    view shows them; else only where a voxel's middle was seen too, which is quick to tell for
+    vehicles that look up thousands of places at a decision.
 
     Raises ClearwayError for a voxel that is no positive number.
     """
@@ -70,6 +85,8 @@ class FreeSpace:
         reach_m: float = np.inf,
         complete_m: FloatArray | None = None,
         span_m: tuple[float, float] | None = None,
+        smallest_m: float = 0.0,
+        finds_all: bool = False,
     ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
@@ -83,7 +100,9 @@ class FreeSpace:
         self._complete_m = NO_BOX if complete_m is None else complete_m
         self._span_m = None if span_m is None else np.array(span_m, dtype=np.float64)
         self._low = self._lowest(self._start_m)
-        self._looks: dict[str, tuple[BeamPattern, tuple[BeamRaster, BeamField]]] = {}
+        self._whole: Voxels = NO_VOXELS
+        self._smallest_m, self._finds_all = smallest_m, finds_all
+        self._kept = KeptViews(KEYFRAMES, max(APART_M, APART_OF_REACH * self.reach_m))
         self._seen: SeenSpace | None = None  # Until the window moves, or the ball is withdrawn.
 
     def __repr__(self) -> str:
@@ -101,9 +120,10 @@ class FreeSpace:
                     self._start_m,
                     [self._start_free_m],
                     self._complete_m.ravel(),
+                    [HALF_DIAGONAL * self._voxel_m if self._finds_all else 0.0],
                 ]
             )
-            self._seen = SeenSpace(self._free, window)
+            self._seen = SeenSpace(self._free, window, self._kept.views, self._whole)
         return self._seen
 
     @property
@@ -119,6 +139,8 @@ class FreeSpace:
     def forget(self) -> None:
         """All that was seen; after the own place has jumped, nobody knows where that lies."""
         self._free[:] = 0
+        self._whole = NO_VOXELS
+        self._kept.forget()
         self._start_free_m = 0.0
         self._declared = self._seen = None
 
@@ -131,10 +153,10 @@ class FreeSpace:
                 self._start_free_m, self._seen = left_m, None
 
     def take(self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
-        """Mark what a sweep shows to be free; of sensors that are no LiDAR, what they say passes.
+        """Take in what a sweep shows to be free; of sensors of one's own, what they say passes.
 
-        state: of the vehicle at the time of the sweep. tolerance_m: how far short of a return,
-        beside a voxel, it ends.
+        state: of the vehicle at the time of the sweep. tolerance_m: how far short of a return it
+        ends.
         """
         self._follow(state.position_m)
         if isinstance(sensor, LidarSensor):
@@ -143,21 +165,37 @@ class FreeSpace:
             self._take_passes(sensor, scan, state, tolerance_m)
 
     def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
-        (raster, field), sensor = self._looks_of(lidar), sensor_at(lidar, state, 0.0)
+        shape = view_shape(lidar.pattern)
+        sensor = sensor_at(lidar, state, 0.0)
         if scan.blind_m is not None:
             sensor = sensor._replace(min_range=scan.blind_m)
-        nearest = nearest_returns(scan.points_m, raster)
+        reach_m = min(self.reach_m, lidar.clears_to_m, self._fine_to_m(shape.gap_rad))
+        # Nobody knows how high beams passed that may be tilted: only columns are marked by them.
+        limits_m = float(sensor.min_range), 0.0 if scan.tilt_rad else reach_m
+        short_m = tolerance_m + 3.0 * lidar.sigma_m
+        slot, image = self._kept.take(lidar, scan, sensor, limits_m, short_m)
         if sensor.min_range > 0.0:
-            free, window = self._for_blind(sensor)
-            nearest = heard_of(nearest, raster, sensor, free, window)
-        reach_m = min(self.reach_m, lidar.clears_to_m)
-        short_m = self._voxel_m + tolerance_m + 3.0 * lidar.sigma_m
-        known = (self._free, self._low, self._voxel_m, raster, field, nearest, sensor)
-        if not scan.tilt_rad:  # Else nobody knows how high its beams passed.
-            mark(*known, reach_m, short_m)
+            hide_unheard(image, shape.numbers, shape.directions, sensor, self._for_blind(sensor))
+        self._kept.finish(lidar, slot)
+        self._seen = None
+        window, view = (self._free, self._low, self._voxel_m), (self._kept.views, slot)
+        if not scan.tilt_rad:
+            mark(*window, reach_m, *view)
         if self._span_m is not None:
             heights = self._span_m + np.array([tolerance_m, -tolerance_m])
-            mark_columns(*known, reach_m, short_m, heights, scan.tilt_rad)
+            sines, window = shape.beam_sines, (self._whole_voxels(), *window[1:])
+            mark_columns(*window, sines, sensor, reach_m, *view, heights, scan.tilt_rad)
+            self._free |= self._whole
+
+    def _whole_voxels(self) -> Voxels:
+        """Voxels known to be free from end to end, once there are any."""
+        if len(self._whole) == 1:
+            self._whole, self._seen = np.zeros_like(self._free), None
+        return self._whole
+
+    def _fine_to_m(self, gap_rad: float) -> float:
+        """How far beams lie so near to each other that the smallest object cannot hide."""
+        return 0.5 * self._smallest_m / math.sin(gap_rad) if self._smallest_m > 0.0 else math.inf
 
     def _for_blind(self, sensor: Sensor) -> SeenSpace:
         """What a blind sensor knew before: as it is now, and the ball about the start as it was
@@ -167,21 +205,23 @@ class FreeSpace:
             self._declared = sensor.origin, sensor.min_range + 2.0 * self._voxel_m
         window = self.seen.window.copy()
         window[4:7], window[7] = self._declared
-        return SeenSpace(self._free, window)
+        return self.seen._replace(window=window)
 
     def _take_passes(
         self, sensor: RangeSensor, scan: Scan, state: State, tolerance_m: float
     ) -> None:
-        voxels = np.floor(state.position_m / self._voxel_m).astype(np.int64) + self._nearby
-        voxels = voxels[np.all((voxels >= self._low) & (voxels < self._low + SHAPE), axis=1)]
-        a, b, c = voxels.T & np.array([[COLUMNS - 1], [COLUMNS - 1], [ROWS - 1]])
+        about = np.floor(state.position_m / self._voxel_m).astype(np.int64) + self._nearby
+        about = about[np.all((about >= self._low) & (about < self._low + SHAPE), axis=1)]
+        a, b, c = about.T & np.array([[COLUMNS - 1], [COLUMNS - 1], [ROWS - 1]])
         word, bit = c // WORD, ONE << (c % WORD).astype(np.uint64)
-        unseen = np.flatnonzero(self._free[a, b, word] & bit == 0)[:MOST_ASKED]
-        half = np.full(len(unseen), 0.5 * self._voxel_m)
+        whole = self._whole_voxels()
+        unseen = np.flatnonzero(whole[a, b, word] & bit == 0)[:MOST_ASKED]
+        half = np.full(len(unseen), HALF_DIAGONAL * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
-        places = np.asarray((voxels[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
+        places = np.asarray((about[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
         passed = unseen[passed_by(sensor, scan, state, places, half, beyond)]
-        np.bitwise_or.at(self._free, (a[passed], b[passed], word[passed]), bit[passed])
+        for voxels in (whole, self._free):
+            np.bitwise_or.at(voxels, (a[passed], b[passed], word[passed]), bit[passed])
 
     @cached_property
     def _nearby(self) -> IntArray:
@@ -193,15 +233,9 @@ class FreeSpace:
         nearest = np.argsort(squared, kind="stable")
         return np.asarray(ball[nearest[: np.count_nonzero(squared <= most**2)]], dtype=np.int64)
 
-    def _looks_of(self, lidar: Lidar) -> tuple[BeamRaster, BeamField]:
-        """Where its beams look, in directions no finer than voxels are at their farthest."""
-        known = self._looks.get(lidar.name)
-        if known is None or known[0] is not lidar.pattern:
-            reach_m = min(self.reach_m, lidar.clears_to_m)
-            widest = max(lidar.pattern.spacing_rad, FINE * self._voxel_m / reach_m)
-            raster = beam_raster(replace(lidar.pattern, spacing_rad=widest))
-            known = self._looks[lidar.name] = lidar.pattern, (raster, field_of(raster))
-        return known[1]
+    @property
+    def _both(self) -> list[Voxels]:
+        return [self._free] if len(self._whole) == 1 else [self._free, self._whole]
 
     def _lowest(self, position_m: FloatArray) -> IntArray:
         middle = np.floor(position_m / self._voxel_m).astype(np.int64)
@@ -233,8 +267,10 @@ class FreeSpace:
             if axis == 2:
                 words = np.zeros(ROWS // WORD, dtype=np.uint64)
                 np.bitwise_or.at(words, cleared // WORD, ONE << (cleared % WORD).astype(np.uint64))
-                self._free &= ~words
+                for voxels in self._both:
+                    voxels &= ~words
             else:
-                self._free[(cleared,) if axis == 0 else (slice(None), cleared)] = 0
+                for voxels in self._both:
+                    voxels[(cleared,) if axis == 0 else (slice(None), cleared)] = 0
             low[axis] = wanted[axis]
         self._low, self._seen = low, None
