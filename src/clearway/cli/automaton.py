@@ -48,7 +48,8 @@ def measure(
 ) -> None:
     """Fly every movement of a plant after every other, and write what came of it.
 
-    With --inertia every movement is flown in every class of motion, led by the plan. Each flight is a random round that uses each pair of movements once; those held out tell how far
+    Each flight is a random round that uses each pair of movements once; with --inertia it flies
+    every movement in every class of motion, led by the plan. Flights held out tell how far
     predictions are off.
     """
     from dataclasses import replace

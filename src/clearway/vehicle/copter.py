@@ -49,7 +49,7 @@ TUBE_PER_LAG = 1.4
 """Tube per acceleration times the square of the lag: what a tilt that takes time leaves."""
 TUBE_PER_GUST_S = 0.07
 """Tube per m/s of gusts, at rest."""
-TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.1
+TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.13
 """More of it at the greatest speed, in still air and per m/s of gusts: drag and lift that its loops
 do not know."""
 SLOW_MPS = 10.0
