@@ -28,7 +28,7 @@ from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
 
 OF_INERTIALESS = ("spot_turn_deg", "slow_mps")
-OF_MULTIROTORS = ("acceleration_mps2", "sink_mps", "yaw_rate_deg_s")
+OF_MULTIROTORS = ("acceleration_mps2", "sink_mps", "yaw_rate_deg_s", "lag_s", "gusts_mps")
 OF_MOVEMENTS = ("kind", "speed_mps", "turn_step_deg", "movement_s", "pitch_limit_deg")
 NOT_OF_MULTIROTORS = {
     "turn_step_deg": "turns follow from acceleration_mps2 and yaw_rate_deg_s",
@@ -106,6 +106,12 @@ class VehicleSection(Section):
     yaw_rate_deg_s: Positive | None = None
     """Of a multirotor, greatest rate of turn of its nose, which points where it flies; default
     90."""
+    lag_s: NotNegative | None = None
+    """Of a multirotor, how late it answers to what it is asked; default 0.1. Its tube grows with
+    it."""
+    gusts_mps: NotNegative | None = None
+    """Of a multirotor, standard deviation of the gusts in which it keeps within its tube; default
+    1."""
     spot_turn_deg: float | None = Field(default=None, gt=0.0, le=180.0)
     """Of an inertialess vehicle, turn on the spot in one movement; default 45."""
     slow_mps: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
