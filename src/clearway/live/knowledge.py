@@ -271,7 +271,7 @@ class Knowledge:
         scans = self.sensing.usable_scans(now)
         frame = GridFrame.of(state)
         detections = self.sensing.detections(scans, frame, self.own_states.at)
-        situation = self.around(state, now, detections, frame)
+        situation = self.around(state, now, detections, frame, self._route_from(state))
         return situation, max((now - scan.time_s for scan in scans.values()), default=np.nan)
 
     def around(
@@ -280,10 +280,11 @@ class Knowledge:
         now: float,
         detections: Sequence[Detection] = (),
         frame: GridFrame | None = None,
+        route: RouteField | None = None,
     ) -> Situation:
         """All that is known; of the cells that sensors see, what `detections` say.
 
-        frame: of the grid at the state, where it is at hand.
+        frame: of the grid at the state, where it is at hand. route: for decisions alone.
         """
         here = self.here(state, now)
         known = here._asdict() | {
@@ -296,7 +297,7 @@ class Knowledge:
             "intruders": self._traffic(state, now),
             "range_sigma_m": self.sensing.sigma_m,
             "seen": None if self.sensing.free_space is None else self.sensing.free_space.seen,
-            "route": self._route_from(state),
+            "route": route,
         }
         # What came was checked when it came; only sensors of someone else's may tell anything.
         if all(type(each) is Detection for each in detections):
