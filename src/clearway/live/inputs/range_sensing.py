@@ -69,6 +69,7 @@ def free_space_for(
         span_m=settings.obstacles_span_m,
         smallest_m=smallest_object_m(planner),
         finds_all=planner.automaton.can_stop,
+        keeps_all=not planner.automaton.has_inertia,
     )
 
 
@@ -77,7 +78,7 @@ def smallest_object_m(planner: Planner) -> float:
     what cannot stop has to see too far."""
     declared_m = planner.settings.smallest_object_m
     if declared_m is None:
-        return SMALLEST_M if planner.automaton.can_stop else 0.0
+        return SMALLEST_M if planner.automaton.has_inertia else 0.0
     return declared_m
 
 
