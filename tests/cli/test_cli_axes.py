@@ -223,7 +223,7 @@ def test_the_vehicle_of_a_scene_and_of_one_moment(tmp_path: Path) -> None:
     assert "plane, 1 m/s" in clearway("assess", "scene.toml", "--no-plots", cwd=tmp_path).stdout
     wrong = clearway("assess", "scene.toml", "--vehicle", "boat", "--no-plots", cwd=tmp_path)
     assert wrong.exit_code == 2
-    assert "vehicle.kind: should be 'plane' or 'multirotor'" in told(wrong)
+    assert "vehicle.kind: should be 'plane' or 'inertialess'" in told(wrong)
 
 
 def test_a_kind_alone_leaves_the_vehicle_where_it_was_recorded(tmp_path: Path) -> None:

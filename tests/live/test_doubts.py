@@ -36,7 +36,7 @@ escape = "{escape}"
 
 [[lidar]]
 beams_per_cell = [6, 3]
-max_range_m = 75
+max_range_m = 90
 """
 MISSED = (
     "mission.reach_radius_m: 1.5 m is less than half a movement of 7.5 m; waypoints may be missed, "

@@ -51,9 +51,9 @@ def at_a_mast(speed_mps: float, kind: str, until_s: float) -> GuardedCopter:
 
 @pytest.mark.parametrize("speed_mps", [pytest.param(2.0, marks=pytest.mark.nightly), 3.0, 5.0])
 def test_it_stops_before_a_mast_and_does_not_creep(speed_mps: float) -> None:
-    flight = at_a_mast(speed_mps, "multirotor", 8.0 + 20.0 / speed_mps)
+    flight = at_a_mast(speed_mps, "multirotor", 8.0 + 40.0 / speed_mps)
     assert flight.autopilot.nearest_obstacle_m >= MARGIN_M - 0.05
-    assert flight.autopilot.fastest_mps >= 0.9 * speed_mps
+    assert flight.autopilot.fastest_mps >= 0.8 * speed_mps
     assert np.linalg.norm(flight.track[-1] - flight.track[-60]) < 0.05
     assert flight.session.core.tally["replaced"] > 0
 

@@ -28,7 +28,7 @@ def led(speed_mps: float, habits: Habits | None, *, sees: bool = True) -> Simula
         mission={"name": "mast", "waypoints_m": [[60, 0, 7]], "reach_radius_m": 2},
         vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": speed_mps},
         grid={"range_m": 30, "layers": 10},
-        safety={"margin_m": MARGIN_M},
+        safety={"margin_m": MARGIN_M, "smallest_object_m": 3.0},  # Else 5 degrees end at 2 m.
         lidar=[{"max_range_m": 30.0}] if sees else [],
     )
     world = MAST if sees else ObstacleMap([])

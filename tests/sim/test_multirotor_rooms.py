@@ -11,7 +11,14 @@ MULTIROTOR = {"vehicle": {"kind": "inertialess"}}
 CASES = [
     ("room", 802),
     ("u-shape", 806),
-    ("closed-street", 0),
+    pytest.param(
+        "closed-street",
+        0,
+        marks=pytest.mark.xfail(
+            reason="range views keep farther off unobserved space",
+            strict=True,
+        ),
+    ),
     *[
         pytest.param(family, seed, marks=pytest.mark.nightly)
         for family in ("u-shape", "dead-end", "pockets", "closed-street")

@@ -69,7 +69,6 @@ def free_space_for(
         span_m=settings.obstacles_span_m,
         smallest_m=smallest_object_m(planner),
         finds_all=planner.automaton.can_stop,
-        keeps_all=not planner.automaton.has_inertia,
     )
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Floats, Ints, UInt64s3
+from clearway.base.arrays import Ints, UInt64s3
 from clearway.base.compiled import compiled
 from clearway.sensors.observed.free_voxels import EVERY, HALF_DIAGONAL, ONE, WORD, bits_from
-from clearway.sensors.observed.range_views import RangeViews, goes_by, may_show, shows_ball
+from clearway.sensors.observed.range_views import RangeViews, goes_by, may_show
 
 COLUMNS, ROWS = 256, 128
 """Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
@@ -43,81 +43,6 @@ def mark(
                 z = (c + 0.5) * block
                 if not _is_block_marked(free, a, b, c) and may_show(views, slot, x, y, z, around):
                     _mark_voxels_of(free, voxel, (a, b, c), views, slot)
-
-
-@compiled
-def mark_shown(
-    whole: UInt64s3,
-    free: UInt64s3,
-    window: Floats,
-    reach: float,
-    views: RangeViews,
-    slot: int,
-) -> None:
-    """Mark the voxels that a view shows from end to end: these stay known when it is forgotten.
-
-    free: marked by `mark` already; window: of a `SeenSpace`.
-    """
-    pose, voxel = views.pose[slot], 1.0 / window[3]
-    block, half = SIDE * voxel, HALF_DIAGONAL * voxel
-    around = HALF_DIAGONAL * block
-    low_a, low_b, low_c = int(window[0]), int(window[1]), int(window[2])
-    first_a, last_a = _blocks_along(pose[9], reach, block)
-    first_b, last_b = _blocks_along(pose[10], reach, block)
-    first_c, last_c = _blocks_along(pose[11], min(reach, WITHIN * ROWS * voxel), block)
-    first_a, last_a = max(first_a, -(-low_a // SIDE)), min(last_a, (low_a + COLUMNS) // SIDE - 1)
-    first_b, last_b = max(first_b, -(-low_b // SIDE)), min(last_b, (low_b + COLUMNS) // SIDE - 1)
-    first_c, last_c = max(first_c, -(-low_c // SIDE)), min(last_c, (low_c + ROWS) // SIDE - 1)
-    for a in range(first_a, last_a + 1):
-        x = (a + 0.5) * block
-        for b in range(first_b, last_b + 1):
-            y = (b + 0.5) * block
-            if np.sqrt((x - pose[9]) ** 2 + (y - pose[10]) ** 2) - around > reach:
-                continue
-            for c in range(first_c, last_c + 1):
-                z = (c + 0.5) * block
-                if _is_block_marked(whole, a, b, c) or not may_show(views, slot, x, y, z, around):
-                    continue
-                if shows_ball(views, slot, window, x, y, z, around):
-                    _mark_block(whole, a, b, c)
-                else:
-                    _mark_shown_of(whole, free, window, (a, b, c), views, slot, half)
-
-
-@compiled
-def _mark_block(whole: UInt64s3, a: int, b: int, c: int) -> None:
-    at = (SIDE * c) & (ROWS - 1)
-    word, bits = np.uint64(at // WORD), bits_from(at, SIDE)
-    for i in range(SIDE * a, SIDE * a + SIDE):
-        for j in range(SIDE * b, SIDE * b + SIDE):
-            whole[np.uint64(i & (COLUMNS - 1)), np.uint64(j & (COLUMNS - 1)), word] |= bits
-
-
-@compiled
-def _mark_shown_of(
-    whole: UInt64s3,
-    free: UInt64s3,
-    window: Floats,
-    block: tuple[int, int, int],
-    views: RangeViews,
-    slot: int,
-    half: float,
-) -> None:
-    """Mark those of a block that a view shows from end to end."""
-    c0, voxel = SIDE * block[2], 1.0 / window[3]
-    at = c0 & (ROWS - 1)
-    word = np.uint64(at // WORD)
-    for a in range(SIDE * block[0], SIDE * block[0] + SIDE):
-        for b in range(SIDE * block[1], SIDE * block[1] + SIDE):
-            i, j = np.uint64(a & (COLUMNS - 1)), np.uint64(b & (COLUMNS - 1))
-            asked = free[i, j, word] & ~whole[i, j, word]
-            for n in range(SIDE):
-                bit = ONE << np.uint64((at & (WORD - 1)) + n)
-                if asked & bit == 0:
-                    continue
-                x, y, z = (a + 0.5) * voxel, (b + 0.5) * voxel, (c0 + n + 0.5) * voxel
-                if shows_ball(views, slot, window, x, y, z, half):
-                    whole[i, j, word] |= bit
 
 
 @compiled

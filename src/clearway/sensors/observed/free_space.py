@@ -36,7 +36,6 @@ from clearway.sensors.observed.free_marking import (
     ROWS,
     WITHIN,
     mark,
-    mark_shown,
 )
 from clearway.sensors.observed.free_voxels import (
     HALF_DIAGONAL,
@@ -72,8 +71,7 @@ class FreeSpace:
     smallest object, which must not hide between beams; 0 where nothing is promised of what is
     thinner than beams are apart. finds_all: balls narrower than a voxel count as free wherever a
     view shows them; else only where a voxel's middle was seen too, which is quick to tell for
-    vehicles that look up thousands of places at a decision. keeps_all: what a view showed stays known,
-    as voxels shown from end to end, when the view is forgotten.
+    vehicles that look up thousands of places at a decision.
 
     Raises ClearwayError for a voxel that is no positive number.
     """
@@ -89,7 +87,6 @@ class FreeSpace:
         span_m: tuple[float, float] | None = None,
         smallest_m: float = 0.0,
         finds_all: bool = False,
-        keeps_all: bool = False,
     ) -> None:
         if not 0.0 < voxel_m < np.inf:
             raise ClearwayError(f"free space: voxel_m must be above 0, got {voxel_m}")
@@ -105,7 +102,6 @@ class FreeSpace:
         self._low = self._lowest(self._start_m)
         self._whole: Voxels = NO_VOXELS
         self._smallest_m, self._finds_all = smallest_m, finds_all
-        self._keeps_all = keeps_all
         self._kept = KeptViews(KEYFRAMES, max(APART_M, APART_OF_REACH * self.reach_m))
         self._seen: SeenSpace | None = None  # Until the window moves, or the ball is withdrawn.
 
@@ -185,9 +181,6 @@ class FreeSpace:
         window, view = (self._free, self._low, self._voxel_m), (self._kept.views, slot)
         if not scan.tilt_rad:
             mark(*window, reach_m, *view)
-            if self._keeps_all:
-                whole = self._whole_voxels()
-                mark_shown(whole, self._free, self.seen.window, reach_m, *view)
         if self._span_m is not None:
             heights = self._span_m + np.array([tolerance_m, -tolerance_m])
             sines, window = shape.beam_sines, (self._whole_voxels(), *window[1:])
