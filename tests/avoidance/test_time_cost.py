@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.decide import decide
-from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.planner import Planner, prepare_next
 from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.plan.time_cost import speed_abilities, time_to_go_m
@@ -102,3 +102,14 @@ def test_in_empty_air_it_arrives_without_porpoising(
 def test_vehicles_without_speeds_have_none() -> None:
     with pytest.raises(ClearwayError, match="no classes of speed"):
         speed_abilities(MovementAutomaton.plane())
+
+
+def test_sets_that_may_be_asked_for_next_are_prepared_one_at_a_time() -> None:
+    planner, classes = Planner.of(LIBRARY), COPTER.classes
+    assert classes is not None
+    count = 0
+    while prepare_next(planner, None):
+        count += 1
+    ends = {end for end in classes.following[classes.first].tolist() if end >= 0}
+    assert count == len(ends | {classes.first})
+    assert not prepare_next(planner, None)

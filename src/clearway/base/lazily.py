@@ -31,6 +31,10 @@ class Lazily(Sequence[T]):
             item = self._items[number] = self._make(number)
         return item
 
+    def has(self, at: int) -> bool:
+        """Return whether an item is made already."""
+        return self._items[at] is not None
+
     def made(self) -> Iterator[T]:
         """Return the items that are made already."""
         return (item for item in self._items if item is not None)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.plan.held_escape import Escape
-from clearway.avoidance.plan.planner import Planner
+from clearway.avoidance.plan.planner import Planner, prepare_next
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
 from clearway.base.checks import LARGEST, check_points, kind_of, number_problem
@@ -209,7 +209,8 @@ class AvoidanceSystem:
     def keep_up(self, now_s: float) -> None:
         """Do what is soon due beside decisions; for whoever has time between them."""
         now = self._known.catch_up(now_s)
-        if self._known.route_planner is not None:
+        if self.planner.automaton.has_inertia:
+            prepare_next(self.planner, self._known.flown.class_at(now))
             return
         self.progress = kept_up(self._known, self._known.own_states.latest, now)
 

@@ -230,3 +230,29 @@ class Planner:
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
         )[1]
+
+
+def prepare_next(planner: Planner, at: int | None) -> bool:
+    """Prepare one reach set that the next decisions may ask for, before they do.
+
+    Parameters
+    ----------
+    planner
+        Of a vehicle with inertia.
+    at
+        The class of motion that is flown; None for the first.
+
+    Returns
+    -------
+    bool
+        Whether there was one to prepare.
+    """
+    sets, classes = planner.prepared_sets, planner.automaton.classes
+    if classes is None or not isinstance(sets, Lazily):
+        return False
+    now = classes.first if at is None else at
+    next_ones = [now, *sorted({end for end in classes.following[now].tolist() if end >= 0})]
+    missing = next((each for each in next_ones if not sets.has(each)), None)
+    if missing is not None:
+        sets[missing]
+    return missing is not None
