@@ -136,7 +136,7 @@ def test_a_tilt_between_two_steps_leads_into_no_wall_of_a_room(tmp_path: Path) -
     assert run.summary()["decisions_without_escape"] <= 0.1 * len(run.decisions)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_who_can_stop_stops_where_an_unsure_place_costs_the_way_out(
     tmp_path: Path, seed: int
 ) -> None:
