@@ -20,6 +20,8 @@ from companion_missions import mission
 from guarded_inertia import GuardedCopter
 
 MAST_M = np.array([18.0, 0.0, 7.0])
+THICK_M = 3.0
+"""Level distances 5 degrees apart show no thinner thing from afar: nothing thinner stands here."""
 MARGIN_M, BODY_M, WIDE_M, AIRCRAFT_M = 1.5, 0.3, 5.5, 2.0
 
 
@@ -30,7 +32,7 @@ def guarded(
         mission={"name": "g", "waypoints_m": [[200, 0, height_m]], "reach_radius_m": 2},
         vehicle={"kind": kind, "position_m": [0, 0, height_m], "speed_mps": speed_mps},
         grid={"range_m": 30, "layers": 10},
-        safety={"margin_m": margin_m},
+        safety={"margin_m": margin_m, "smallest_object_m": THICK_M},
         lidar=[{"max_range_m": 30.0}] if sees else [],
     )
 
@@ -42,7 +44,7 @@ def towards_the_mast(speed_mps: float, _time_s: float, place_m: np.ndarray) -> n
 
 def at_a_mast(speed_mps: float, kind: str, until_s: float) -> GuardedCopter:
     file, setup = guarded(speed_mps, kind, 7.0, MARGIN_M, sees=True)
-    mast = Obstacle.line_between([18.0, 0.0, 0.0], [18.0, 0.0, 20.0], radius_m=0.2)
+    mast = Obstacle.line_between([18.0, 0.0, 0.0], [18.0, 0.0, 20.0], radius_m=0.5 * THICK_M)
     setup = replace(setup, world=ObstacleMap([mast]))
     flight = GuardedCopter(file, setup, partial(towards_the_mast, speed_mps))
     flight.run(until_s)
@@ -51,9 +53,9 @@ def at_a_mast(speed_mps: float, kind: str, until_s: float) -> GuardedCopter:
 
 @pytest.mark.parametrize("speed_mps", [pytest.param(2.0, marks=pytest.mark.nightly), 3.0, 5.0])
 def test_it_stops_before_a_mast_and_does_not_creep(speed_mps: float) -> None:
-    flight = at_a_mast(speed_mps, "multirotor", 8.0 + 40.0 / speed_mps)
+    flight = at_a_mast(speed_mps, "multirotor", 8.0 + 20.0 / speed_mps)
     assert flight.autopilot.nearest_obstacle_m >= MARGIN_M - 0.05
-    assert flight.autopilot.fastest_mps >= 0.8 * speed_mps
+    assert flight.autopilot.fastest_mps >= 0.9 * speed_mps
     assert np.linalg.norm(flight.track[-1] - flight.track[-60]) < 0.05
     assert flight.session.core.tally["replaced"] > 0
 

@@ -19,7 +19,11 @@ from companion_missions import mission
 from simulated_flight import SimulatedFlight
 
 MARGIN_M, BODY_M = 1.0, 0.3
-MAST = ObstacleMap([Obstacle.line_between([30.0, 0.5, 0.0], [30.0, 0.5, 20.0], radius_m=0.2)])
+THICK_M = 3.0
+"""Level distances 5 degrees apart show no thinner thing from afar: nothing thinner stands here."""
+MAST = ObstacleMap(
+    [Obstacle.line_between([30.0, 0.5, 0.0], [30.0, 0.5, 20.0], radius_m=0.5 * THICK_M)]
+)
 TILTS = Habits(tilt_s=0.15, acceleration_mps2=4.5)
 
 
@@ -28,7 +32,7 @@ def led(speed_mps: float, habits: Habits | None, *, sees: bool = True) -> Simula
         mission={"name": "mast", "waypoints_m": [[60, 0, 7]], "reach_radius_m": 2},
         vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": speed_mps},
         grid={"range_m": 30, "layers": 10},
-        safety={"margin_m": MARGIN_M, "smallest_object_m": 3.0},  # Else 5 degrees end at 2 m.
+        safety={"margin_m": MARGIN_M, "smallest_object_m": THICK_M},
         lidar=[{"max_range_m": 30.0}] if sees else [],
     )
     world = MAST if sees else ObstacleMap([])
