@@ -16,6 +16,8 @@ from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
+from clearway.live import AvoidanceSystem
+from clearway.live.mission import Mission
 from clearway.reach.store import ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -113,3 +115,11 @@ def test_sets_that_may_be_asked_for_next_are_prepared_one_at_a_time() -> None:
     ends = {end for end in classes.following[classes.first].tolist() if end >= 0}
     assert count == len(ends | {classes.first})
     assert not prepare_next(planner, None)
+
+
+def test_before_take_off_all_can_be_prepared() -> None:
+    planner, classes = Planner.of(LIBRARY, AvoidanceSettings(escape="off")), COPTER.classes
+    assert classes is not None
+    mission = Mission("on", State(np.zeros(3)), waypoints_m=np.array([[50.0, 0.0, 0.0]]))
+    AvoidanceSystem(planner, mission).warm_up()
+    assert not any(prepare_next(planner, at) for at in range(len(classes.classes)))
