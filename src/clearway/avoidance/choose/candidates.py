@@ -239,7 +239,7 @@ def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReach
         price_of(prices.no_room) * step_m,
         price_of(prices.other_side) * step_m,
         COMMITTED[commitment.side],
-        prices.other_plan * step_m,
+        price_of(prices.other_plan) * step_m,
         prepared.reach_set.movement_names.index(first) if first else -1,
     )
 

@@ -106,7 +106,9 @@ def pick_candidate(
             cost, price = candidates.cost_m[members], candidates.room_price_m[members]
         circles = loiter
         if tier == NO_LOITER:
-            circles = LoiterCircles(loiter.needed, loiter.end_m, loiter.left, loiter.up, 0.0)
+            circles = LoiterCircles(
+                loiter.needed, loiter.end_m, loiter.left, loiter.up, 0.0, loiter.stops, False
+            )
             told = 0  # The last round looks at all candidates once more.
         ends = candidates.nodes[members]
         first, at, why, which, found = first_clear_of(

@@ -16,7 +16,7 @@ import numpy as np
 from clearway.avoidance.clear.clearance import Found, Span, reach_about
 from clearway.avoidance.clear.crowds import Crowd, crowd_of, span_clearance
 from clearway.avoidance.clear.hazards import Cause, Hazards, MovingHazards, PointBins
-from clearway.avoidance.clear.loiter import LoiterCircles, early_room, room_to_circle
+from clearway.avoidance.clear.loiter import LoiterCircles, early_room, room_to_brake, room_to_circle
 from clearway.base.arrays import Floats, Floats2, Floats3, Int32s, Ints
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
@@ -269,6 +269,11 @@ def first_clear_of(
                 if found < KEPT * margin:
                     at = path[-1]
                     chosen = c if chosen < 0 else chosen
+        if at < 0 and loiter.brakes and price[c] > 0.0:
+            found, cause, index = room_to_brake(loiter, end, bins, shapes, margin)
+            if found < KEPT * margin:
+                at = end
+                chosen = c if chosen < 0 else chosen
         if at < 0:
             chosen = c
             break

@@ -29,7 +29,7 @@ SAME_PACE = 0.95
 """Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
-OPEN = ("coated", "no_room", "risk", "miss", "other_side")
+OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan")
 """Prices that may be left open."""
 
 
@@ -65,11 +65,13 @@ class Prices:
     other_side: float | None = None
     """For passing on another side than the one committed to, in movement lengths. None for 4, and
     for 0.3 where the vehicle has inertia: it sees what is ahead earlier."""
-    other_plan: float = 0.1
-    """For a first movement other than the last plan's, in movement lengths."""
+    other_plan: float | None = None
+    """For a first movement other than the last plan's, in movement lengths. None for 0.1, and for
+    0.36 where the vehicle has inertia."""
     no_room: float | None = None
     """For a way without room to circle within its first movements, in movement lengths: what is
-    entered without room to turn round may be a dead end. None for 6, and for 12 where ways out may
+    entered without room to turn round may be a dead end. Of a vehicle with inertia, for one that
+    ends without room to brake. None for 6, and for 12 where ways out may
     lead through what nobody has seen: those promise nothing."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
@@ -97,6 +99,7 @@ class Prices:
             "risk": 0.0 if has_inertia else 0.5,
             "miss": 0.2 if has_inertia else 2.0,
             "other_side": 0.3 if has_inertia else 4.0,
+            "other_plan": 0.36 if has_inertia else 0.1,
         }
         missing: dict[str, Any] = {k: v for k, v in suits.items() if getattr(self, k) is None}
         return replace(self, **missing)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.avoidance.clear.loiter import Stops, loiter_circles
 from clearway.avoidance.plan.costs import (
     Prices,
     StageCost,
@@ -29,6 +30,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.lazily import Lazily
 from clearway.base.state import State
+from clearway.reach.escapes.braking import stopping_ways
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.store import ReachLibrary
 from clearway.reach.tree import ReachSet
@@ -60,8 +62,14 @@ def _without_turning_back(
 
 
 def _by_time(prepared: PreparedReachSet, automaton: MovementAutomaton) -> PreparedReachSet:
-    """With what a movement flies at most as the unit of cost weights."""
-    return replace(prepared, step_m=automaton.step_m, may_stay=True)
+    """With what a movement flies at most as the unit of cost weights, and room to brake."""
+    classes, reach_set = automaton.classes, prepared.reach_set
+    assert classes is not None  # Only vehicles with inertia come here.
+    stops = Stops(
+        stopping_ways(classes), classes.class_tube_m, classes.classes_at(reach_set.states[:, 3])
+    )
+    room = loiter_circles(reach_set, 0.0, stops)
+    return replace(prepared, step_m=automaton.step_m, may_stay=True, loiter=room)
 
 
 @dataclass(frozen=True, eq=False)

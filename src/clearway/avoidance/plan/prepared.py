@@ -131,7 +131,7 @@ class PreparedReachSet:
             self,
             reach_set=carried,
             paths=paths,
-            loiter=loiter_circles(carried, self.loiter.radius_m),
+            loiter=loiter_circles(carried, self.loiter.radius_m, self.loiter.stops),
             reach_m=reach_of(paths, carried.grid.range_m),
         )
 
@@ -148,7 +148,7 @@ class PreparedReachSet:
             self,
             reach_set=flown,
             paths=paths_of(flown, self.tube_m),
-            loiter=loiter_circles(flown, self.loiter.radius_m),
+            loiter=loiter_circles(flown, self.loiter.radius_m, self.loiter.stops),
             flyable=flyable,
             reach_m=reach_of(paths_of(flown, self.tube_m), flown.grid.range_m),
         )

@@ -13,7 +13,7 @@ import numpy as np
 from clearway.avoidance.plan.costs import Prices
 from clearway.avoidance.rate.goal import Arrival, Goal
 from clearway.avoidance.rate.route_field import PlacedRoute, time_to_go
-from clearway.base.arrays import Bools, Floats, Floats2, Ints
+from clearway.base.arrays import Bools, Floats, Floats2, Int32s, Ints
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -34,6 +34,11 @@ unlike the movement before it."""
 HEIGHT = 0.6
 """Share of the time that a height takes to climb that counts beside the time of the level way:
 both can be flown at once, but a climb that is put off comes at the end."""
+LATE = 0.3
+"""Weight of the mean over the ends of a chain's movements beside that of its end: of two that end
+alike, the one that gets on first is better. What is put off is put off at every decision."""
+LOOK_M, LOOKS = 1.0, 6
+"""Metres between the places at which the way on is looked at, and how many there are."""
 NO_WAY_S = 1e2
 """Added where no way is known: somewhere else there may be one."""
 BRIEF_M = 1e3
@@ -117,17 +122,36 @@ def time_to_go_m(
     able = speed_abilities(automaton)
     classes = automaton.classes
     assert classes is not None
-    at = classes.classes_at(reach_set.states[nodes, 3])
-    route = arrived.route
+    every, states = np.arange(reach_set.nodes), reach_set.states
+    at, route = classes.classes_at(states[:, 3]), arrived.route
     if route is None:
-        to_go_s = _time_to_go(reach_set.states, nodes, at, arrived.reached, goal, able)
+        left_s = _time_to_go(states, every, at, arrived.reached, goal, able)
     else:
-        to_go_s = _time_by_route(reach_set.states, nodes, at, arrived.reached, goal, able, route)
+        left_s = _time_by_route(states, every, at, arrived.reached, goal, able, route)
+    to_go_s = left_s[nodes] + LATE * _lateness(
+        reach_set.parent, reach_set.end_time_s + left_s, nodes
+    )
     brief = (reach_set.depth.max() - reach_set.depth[nodes]).astype(np.float64)
     # What was planned a movement ago goes on, if nothing is better.
     brief[(nodes == arrived.planned) & (brief == 1.0)] = 0.0
     cost: FloatArray = able.fastest_mps * to_go_s + BRIEF_M * brief
     return cost
+
+
+@compiled
+def _lateness(parent: Int32s, total: Floats, nodes: Ints) -> Floats:
+    """[n] by how much the whole time is longer by what is known at the ends of the movements on the
+    way to a node [n] than at its end; total: [nodes] time flown and to go."""
+    result = np.zeros(len(nodes))
+    for n in range(len(nodes)):
+        on, count, more = parent[nodes[n]], 0, 0.0
+        while on >= 0:
+            more += max(total[on] - total[nodes[n]], 0.0)
+            count += 1
+            on = parent[on]
+        if count > 0:
+            result[n] = more / count
+    return result
 
 
 @compiled
@@ -195,17 +219,17 @@ def _time_by_route(
         if reached[node]:
             continue
         x, y, z = states[node, 0], states[node, 1], states[node, 2]
-        seconds, dx, dy, _, wanted = time_to_go(
-            route.field,
+        there = (
             route.origin_m[0] + cosine * x - sine * y,
             route.origin_m[1] + sine * x + cosine * y,
             route.origin_m[2] + z,
         )
+        seconds, dx, dy, _, wanted = time_to_go(route.field, there[0], there[1], there[2])
         if seconds == np.inf:
             result[n] += NO_WAY_S
             continue
         away = np.hypot(target[0] - x, target[1] - y)
-        wanted = max(wanted, ARRIVAL_MPS)
+        wanted = max(_speed_ahead(route, there, (dx, dy), wanted, able), ARRIVAL_MPS)
         if to.final:
             wanted = min(wanted, np.sqrt(2.0 * able.acceleration_mps2 * away) + ARRIVAL_MPS)
         yaw = states[node, 5] + route.yaw_rad
@@ -213,6 +237,28 @@ def _time_by_route(
         off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
         result[n] = seconds + leg + _time_to_turn(able.speed_mps[at[n]], off, wanted, able)
     return result
+
+
+@compiled
+def _speed_ahead(
+    route: PlacedRoute,
+    at: tuple[float, float, float],
+    along: tuple[float, float],
+    wanted: float,
+    able: SpeedAbilities,
+) -> float:
+    """The speed on the way on from a place, from which the vehicle can still be slow enough where
+    the way is narrow."""
+    x, y, most = at[0], at[1], able.acceleration_mps2
+    dx, dy, flown, limit = along[0], along[1], 0.0, wanted
+    step = LOOK_M
+    while flown < LOOKS * LOOK_M and 2.0 * most * flown < wanted * wanted:
+        x, y, flown = x + step * dx, y + step * dy, flown + step
+        seconds, dx, dy, _, speed = time_to_go(route.field, x, y, at[2])
+        if seconds == np.inf or (dx == 0.0 and dy == 0.0):
+            break
+        limit = min(limit, np.sqrt(speed * speed + 2.0 * most * flown))
+    return float(limit)
 
 
 @compiled

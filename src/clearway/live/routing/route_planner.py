@@ -23,10 +23,10 @@ from clearway.live.routing.field.known_space import (
 from clearway.live.routing.field.marching import march
 from clearway.live.routing.field.way_down import way_down
 
-EXACT_LEVELS = 2
+EXACT_LEVELS = 3
 """The finest so many levels tell what is closed; in coarser cells a forest would look like a
 wall."""
-POROUS = 0.05
+POROUS = 0.1
 """Share of the greatest speed in coarse cells that something stands in."""
 WIDE = 3.0
 """Clearance, in margins, from which on speed is greatest."""

@@ -21,8 +21,11 @@ from clearway.live.routing.route_planner import (
 )
 from clearway.obstacles.obstacle_map import ObstacleMap
 
-OF_MARGIN, OF_TURN = 1.0, 0.25
+OF_MARGIN, OF_TURN = 0.5, 0.25
 """Edge of the finest cells, in margins, and in turning radii where these are more."""
+MOST = 0.9
+"""Share of the movements from rest that the margin of ways round suffices for: where none of them
+fits, a way leads nowhere."""
 BESIDE_M = 3.0
 """How far above and below the heights of the mission ways round are looked for, at least."""
 LAYER_M = 1.5
@@ -87,7 +90,9 @@ def _needs_of(planner: Planner) -> _Needs:
     margin_m, classes = planner.settings.safety_margin_m, planner.automaton.classes
     if classes is not None and classes.has_speeds:
         able = speed_abilities(planner.automaton)
-        margin_m += float(classes.class_tube_m[classes.first])
+        # With the tube, and what chords leave out, of most movements from rest.
+        at_rest = planner.prepared_sets[classes.first][1].paths
+        margin_m += float(np.quantile(at_rest.sagitta_m, MOST))
         pace = Pace(
             able.fastest_mps, able.acceleration_mps2, ARRIVAL_MPS, able.climb_mps, able.sink_mps
         )

@@ -6,6 +6,7 @@ they brake lead past what is ahead.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -18,6 +19,10 @@ from clearway.vehicle.copter import HOLD
 
 TURNING = (0, 1, 2, 3, 5)
 """Movements that turn at the beginning of a chain, while they brake by half."""
+STOPS_TURNING = (2, 5)
+"""Likewise, of the level ways to brake that trajectories end with."""
+LONGEST_STOP = 60
+"""Movements within which every class comes to rest."""
 SHARES = ("-Half", "")
 """Of the turn that is possible."""
 CLIMBS = (("", 0.0), ("Up", 1.0), ("Down", -1.0))
@@ -82,6 +87,48 @@ def _brake(
             if movement >= 0 and classes.following[at, movement] >= 0:
                 return movement
     return number["Brake-Half"] if classes.following[at, number["Brake-Half"]] >= 0 else -1
+
+
+@lru_cache(maxsize=2)
+def stopping_ways(classes: ClassTable) -> FloatArray:
+    """Return level ways to brake from every class: straight on, and in turns.
+
+    Returns
+    -------
+    array [classes, ways, samples, 3]
+        Metres, level axes along the heading at the start; the straight one first. Those that end
+        sooner stay where they end.
+    """
+    number = {name: n for n, name in enumerate(classes.names)}
+    turns = [("", 0), *((side, count) for count in STOPS_TURNING for side in ("Left", "Right"))]
+    ways = [
+        [_stopping_way(classes, number, at, turn, count) for turn, count in turns]
+        for at in range(len(classes.classes))
+    ]
+    longest = max(len(way) for each in ways for way in each)
+    result = np.zeros((len(ways), len(turns), longest, 3))
+    for at, each in enumerate(ways):
+        for n, way in enumerate(each):
+            result[at, n, : len(way)] = way
+            result[at, n, len(way) :] = way[-1]
+    return result
+
+
+def _stopping_way(
+    classes: ClassTable, number: dict[str, int], at: int, turn: str, turning: int
+) -> FloatArray:
+    """[samples, 3] of one chain."""
+    pose, places = np.zeros(4), [np.zeros(3)]
+    flown, half = 0, classes.paths.shape[2] // 2
+    while at != classes.first and flown < LONGEST_STOP:
+        movement = _brake(classes, number, at, turn if flown < turning else "", ("", 0.0), False)
+        if movement < 0:
+            break
+        path = classes.paths[at, movement]
+        places += [pose_on(pose, path[half - 1])[:3], pose_on(pose, path[-1])[:3]]
+        pose = pose_on(pose, path[-1])
+        at, flown = int(classes.following[at, movement]), flown + 1
+    return np.array(places[1:] or places)
 
 
 def measure_reach(ways: Ways, legs: Legs) -> float:

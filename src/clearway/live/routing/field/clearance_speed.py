@@ -10,6 +10,9 @@ from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
 from clearway.live.routing.field.route_levels import Levels
 
+FINE_LEVELS = 2
+"""The finest so many levels keep the margin. In coarser cells that would close a forest whose trees
+a way leads between: they bar walls alone."""
 BARRED_M = -1e9
 """Clearance where rules forbid to fly."""
 
@@ -45,7 +48,9 @@ def speeds_of(
     for level in range(levels.depth):
         width = levels.width_m * (1 << level)
         # No step from middle to middle leads through a wall of points a finest cell apart.
-        barred = max(rule.margin_m, 0.5 * np.hypot(width, levels.width_m))
+        barred = 0.5 * np.hypot(width, levels.width_m)
+        if level < FINE_LEVELS:
+            barred = max(barred, rule.margin_m)
         per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
         closed = 0.0 if level < rule.exact_levels else rule.porous_mps
         for i in range(n):
@@ -62,7 +67,7 @@ def speeds_of(
                     elif clear >= rule.wide_m:
                         speed[cell] = rule.fast_mps
                     else:
-                        faster = rule.slow_mps + (clear - rule.margin_m) * per_metre
+                        faster = rule.slow_mps + max(clear - rule.margin_m, 0.0) * per_metre
                         speed[cell] = min(faster, rule.fast_mps)
                     cell += 1
     return speed
