@@ -60,6 +60,7 @@ def march(
         np.zeros(cells, dtype=np.bool_),
         np.zeros(cells, dtype=np.bool_),
         np.full(BUCKETS, -1, dtype=np.int64),
+        np.empty(BUCKETS, dtype=np.int64),
         np.empty(4 * cells, dtype=np.int64),
         np.empty(4 * cells, dtype=np.int64),
         counts,
