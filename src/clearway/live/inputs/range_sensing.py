@@ -34,6 +34,7 @@ from clearway.sensors import (
     remember_reading,
     unseen,
 )
+from clearway.sensors.memory.point_memory import CAPACITY
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.traffic import Intruder
 
@@ -47,6 +48,11 @@ SMALLEST_M = 0.3
 """Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
+MEMORY_BEAMS = 3.0
+"""Beam spacings that a voxel is wide at least, of what can stop: a scan then fills a few thousand of
+them, which takes half the time, and farther off balls are no more exact than they were."""
+MEMORY_BALLS = 12_000
+"""Balls that are remembered by what can stop."""
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
@@ -126,13 +132,10 @@ class RangeSensing:
         self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
         """How far from the vehicle nothing is forgotten but on evidence."""
         # One each: no sensor wipes out what another has seen.
-        empty = PointMemory.empty(
-            MEMORY_VOXEL * margin,
-            planner.settings.memory_s,
-            reach_m=self.memory_reach_m,
-            smallest_m=planner.settings.smallest_object_m or 0.0,
-        )
-        self._memories = dict.fromkeys(sensors, empty)
+        self._memories = {
+            name: _nothing_remembered(planner, sensor, self.memory_reach_m)
+            for name, sensor in sensors.items()
+        }
         # Alone, a sensor has nobody to contradict it.
         court = Court.of(sensors, margin, reach, planner.speed_mps)
         self._court = court if len(sensors) > 1 else None
@@ -306,6 +309,22 @@ class RangeSensing:
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
+
+
+def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -> PointMemory:
+    settings, can_stop = planner.settings, planner.automaton.has_inertia
+    voxel = MEMORY_VOXEL * settings.safety_margin_m
+    room: dict[str, float] = {}
+    if can_stop and isinstance(sensor, LidarSensor) and sensor.lidar.pattern.spacing_rad > 0.0:
+        room["widest_m"] = voxel / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
+    return PointMemory.empty(
+        voxel,
+        settings.memory_s,
+        reach_m=reach_m,
+        capacity=MEMORY_BALLS if can_stop else CAPACITY,
+        smallest_m=settings.smallest_object_m or 0.0,
+        **room,
+    )
 
 
 def _left_out(memory: PointMemory) -> Mapping[str, int]:

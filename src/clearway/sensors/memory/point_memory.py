@@ -21,6 +21,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.beams.raster import beam_raster, directions_of
+from clearway.sensors.memory.bounded import Limits
 from clearway.sensors.memory.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
     ALONE,
@@ -31,12 +32,14 @@ from clearway.sensors.memory.remembered import (
     no_boxes,
     pick_boxes,
 )
-from clearway.sensors.memory.sweep import Limits, Swept, remember_sweep, swept_by
+from clearway.sensors.memory.sweep import Swept, remember_sweep, swept_by
 from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.memory.uncertain import radii_unsure, turned_by
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.passing.width import returns_with_size
 
+CAPACITY = 20_000
+"""Balls that are remembered, where nothing else is set."""
 OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
 RATE_KEPT = 0.8
@@ -64,8 +67,11 @@ class PointMemory:
     """Thickness of the smallest thing sought; 0 where it is not declared."""
     boxes: Boxes
     balls: Balls
+    widest_m: float = np.inf
+    """What `fine_m` is at most: farther off, beams lie too far apart for more balls to tell more."""
     fine_m: float = np.inf
-    """Distance from which on balls are merged for want of room."""
+    """Distance beyond which the pitch of voxels doubles with every doubling of the distance: less
+    than `widest_m` for want of room."""
     alone_a_sweep: float = 0.0
     """New returns that nothing bears out, on average over the latest sweeps."""
     refuted_a_sweep: float = 0.0
@@ -90,12 +96,18 @@ class PointMemory:
         horizon_s: float = np.inf,
         *,
         reach_m: float = np.inf,
-        capacity: int = 20_000,
+        capacity: int = CAPACITY,
         passes_to_clear: int = 2,
         smallest_m: float = 0.0,
+        widest_m: float = np.inf,
     ) -> PointMemory:
         """Nothing remembered yet; raises ClearwayError naming an impossible setting."""
-        settings = {"voxel_m": voxel_m, "horizon_s": horizon_s, "reach_m": reach_m}
+        settings = {
+            "voxel_m": voxel_m,
+            "horizon_s": horizon_s,
+            "reach_m": reach_m,
+            "widest_m": widest_m,
+        }
         for name, value in settings.items():
             if not value > 0.0:
                 raise ClearwayError(f"point memory: {name} must be above 0, got {value}")
@@ -113,6 +125,8 @@ class PointMemory:
             float(smallest_m),
             boxes,
             balls_of(boxes),
+            float(widest_m),
+            float(widest_m),
         )
 
     @property
@@ -238,6 +252,7 @@ def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
     return Limits(
         memory.voxel_m,
         memory.fine_m,
+        memory.widest_m,
         memory.reach_m,
         memory.smallest_m,
         memory.capacity,
@@ -260,6 +275,7 @@ def _after(
         smallest_m=memory.smallest_m,
         boxes=room.boxes,
         balls=swept.balls,
+        widest_m=memory.widest_m,
         fine_m=room.fine_m,
         alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
         refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
