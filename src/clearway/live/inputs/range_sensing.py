@@ -48,10 +48,10 @@ SMALLEST_M = 0.3
 """Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
-MEMORY_BEAMS = 3.0
-"""Beam spacings that a voxel is wide at least, of what can stop: a scan then fills a few thousand of
-them, which takes half the time, and farther off balls are no more exact than they were."""
-MEMORY_BALLS = 12_000
+MEMORY_BEAMS = 1.75
+"""Beam spacings that a voxel of what can stop is wide at least: finer ones hold one return each, and
+fill a memory in ten scans."""
+MEMORY_BALLS = 16_000
 """Balls that are remembered by what can stop."""
 
 

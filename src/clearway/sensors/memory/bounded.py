@@ -29,12 +29,16 @@ class Limits(NamedTuple):
     """What a memory goes by at a sweep."""
 
     voxel_m: float
+    lift_m: float
+    """Of boxes above the world frame."""
     fine_m: float
     widest_m: float
     """What `fine_m` is at most."""
     reach_m: float
     smallest_m: float
     capacity: int
+    leaves: float
+    """Share of it that is filled at most after boxes were made coarser: the less, the rarer."""
     deviation_m: float
     """By which a return may lie off a line."""
     time_s: float
@@ -92,8 +96,8 @@ def make_room(boxes: Boxes, center: Floats, limits: Limits) -> Room:
         spare = 2 * len(away) <= capacity
         wider = min(_wider(fine_m, reach), limits.widest_m)
         return Room(boxes, wider if spare else fine_m, dropped, 0)
-    fine = min(fine_m, reach)
-    while fine > LEAST_FINE * reach and _coarse_count(boxes, away, fine, voxel) > capacity:
+    fine, leaves = min(fine_m, reach), limits.leaves * capacity
+    while fine > LEAST_FINE * reach and _coarse_count(boxes, away, fine, voxel) > leaves:
         fine *= FINER
     coarse = _coarsened(boxes, away, fine, voxel)
     return Room(coarse, fine, dropped, len(away) - len(coarse.doubt))

@@ -40,6 +40,10 @@ from clearway.sensors.passing.width import returns_with_size
 
 CAPACITY = 20_000
 """Balls that are remembered, where nothing else is set."""
+AMID = 256.0 / 3.0
+"""Voxels: a third of a voxel, or two, above a border, for all pitches."""
+LEAVES = 0.85
+"""Share of the capacity that coarser balls fill at most, where the pitch follows the beams."""
 OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
 RATE_KEPT = 0.8
@@ -124,10 +128,17 @@ class PointMemory:
             passes_to_clear,
             float(smallest_m),
             boxes,
-            balls_of(boxes),
+            balls_of(boxes, 0.0),
             float(widest_m),
             float(widest_m),
         )
+
+    @property
+    def lift_m(self) -> float:
+        """How far boxes are lifted above the world frame, where their pitch follows the beams: the
+        ground at height 0, which is most of what a low sensor sees, then lies amid voxels of every
+        pitch, not on the border of two of them."""
+        return AMID * self.voxel_m if self.widest_m < np.inf else 0.0
 
     @property
     def position_m(self) -> FloatArray:
@@ -194,10 +205,12 @@ def update_memory(
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
     noise = tolerance_m + 3.0 * lidar.sigma_m
+    if memory.lift_m > 0.0:
+        state = replace(state, position_m=state.position_m + np.array([0.0, 0.0, memory.lift_m]))
     sensor = sensor_at(lidar, state, noise)
     raster = beam_raster(lidar.pattern)
     before = memory.seen_from or sensor
-    reach, ground = float(memory.reach_m), float(ground_m)
+    reach, ground = float(memory.reach_m), float(ground_m) + memory.lift_m
     if angle_rad <= 0.0:
         limits = _limits(memory, scan.time_s, noise)
         rule, remembered = memory.rule, (memory.boxes, memory.balls)
@@ -251,11 +264,13 @@ def remember(
 def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
     return Limits(
         memory.voxel_m,
+        memory.lift_m,
         memory.fine_m,
         memory.widest_m,
         memory.reach_m,
         memory.smallest_m,
         memory.capacity,
+        1.0 if memory.widest_m == np.inf else LEAVES,
         float(OFF_LINE * memory.voxel_m + noise_m),
         float(time_s),
         float(time_s - memory.horizon_s),
@@ -307,7 +322,7 @@ def forget_moved(
     if keep.all():
         return memory
     boxes = pick_boxes(memory.boxes, keep)
-    return replace(memory, boxes=boxes, balls=balls_of(boxes))
+    return replace(memory, boxes=boxes, balls=balls_of(boxes, memory.lift_m))
 
 
 def _averaged(before: float, now: int) -> float:

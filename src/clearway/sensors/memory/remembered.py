@@ -27,7 +27,7 @@ class Boxes(NamedTuple):
     """Columns of what is remembered, the longest unseen first."""
 
     low_m: Floats2
-    """[n, 3] world frame."""
+    """[n, 3] world frame, lifted by what the memory says."""
     high_m: Floats2
     """[n, 3]"""
     spacing_m: Floats
@@ -239,8 +239,9 @@ class Balls(NamedTuple):
 
 
 @compiled
-def balls_of(boxes: Boxes) -> Balls:
-    """The ball around each box, grown by half the beam spacing."""
+def balls_of(boxes: Boxes, lift: float) -> Balls:
+    """The ball around each box, grown by half the beam spacing; world frame, above which boxes are
+    lifted by so much."""
     count = len(boxes.doubt)
     position, radius = np.empty((count, 3)), np.empty(count)
     for n in range(count):
@@ -250,6 +251,7 @@ def balls_of(boxes: Boxes) -> Balls:
             # A lone return stays where it was, whatever the rounding.
             position[n, axis] = low if low == high else 0.5 * (low + high)
             squared += (high - low) ** 2
+        position[n, 2] -= lift
         radius[n] = 0.5 * np.sqrt(squared) + boxes.spacing_m[n]
     return Balls(position, radius)
 

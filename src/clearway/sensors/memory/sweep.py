@@ -78,7 +78,7 @@ def remember_sweep(
     boxes = join_lines(both, kept, limits.voxel_m, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_bare(boxes, kept, 1), _count_bare(boxes, kept, 2)
     room = make_room(boxes, origin, limits)
-    return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
+    return Swept(room, balls_of(room.boxes, limits.lift_m), refuted, alone, borne_out)
 
 
 @compiled
