@@ -143,9 +143,7 @@ def _held(depth: Depth, limit: str) -> Callable[[RuleView], Verdict | None]:
     return verdict
 
 
-def _beyond_limit(
-    view: RuleView, found: FloatArray, here: float, limit: str
-) -> Verdict | None:
+def _beyond_limit(view: RuleView, found: FloatArray, here: float, limit: str) -> Verdict | None:
     """The verdict by how deep the samples of trajectories lie [nodes, samples], and the vehicle."""
     if found.max() <= 0.0:
         return None
@@ -176,8 +174,8 @@ def off_route_m(places_m: FloatArray, route_m: FloatArray) -> FloatArray:
 def _lower(
     off: Floats, from_start: Floats2, along_leg: Floats, along: Floats, length2: float
 ) -> None:
-    """Lower distances [n] to those from a leg, by the places from its start [n, 2], the dot products
-    of these with the leg [n], and the leg [2] with its squared length."""
+    """Lower distances [n] to those from a leg [2], by the places from its start [n, 2] and the dot
+    products of these with it [n]; length2: its squared length."""
     for n in range(len(off)):
         share = 0.0
         if length2 > 0.0:

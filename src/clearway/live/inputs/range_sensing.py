@@ -49,10 +49,10 @@ SMALLEST_M = 0.3
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 MEMORY_BEAMS = 1.75
-"""Beam spacings that a voxel of what can stop is wide at least: finer ones hold one return each, and
-fill a memory in ten scans."""
+"""Beam spacings that a voxel is wide at least, of a vehicle with inertia: finer ones hold a return
+each, and fill a memory in ten scans."""
 MEMORY_BALLS = 16_000
-"""Balls that are remembered by what can stop."""
+"""Balls that a vehicle with inertia remembers: it decides often, by what is near."""
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
@@ -312,18 +312,18 @@ class RangeSensing:
 
 
 def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -> PointMemory:
-    settings, can_stop = planner.settings, planner.automaton.has_inertia
-    voxel = MEMORY_VOXEL * settings.safety_margin_m
-    room: dict[str, float] = {}
-    if can_stop and isinstance(sensor, LidarSensor) and sensor.lidar.pattern.spacing_rad > 0.0:
-        room["widest_m"] = voxel / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
+    """The memory of a sensor before its first scan."""
+    settings, has_inertia = planner.settings, planner.automaton.has_inertia
+    voxel_m, widest_m = MEMORY_VOXEL * settings.safety_margin_m, np.inf
+    if has_inertia and isinstance(sensor, LidarSensor) and sensor.lidar.pattern.spacing_rad > 0.0:
+        widest_m = voxel_m / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
     return PointMemory.empty(
-        voxel,
+        voxel_m,
         settings.memory_s,
         reach_m=reach_m,
-        capacity=MEMORY_BALLS if can_stop else CAPACITY,
+        capacity=MEMORY_BALLS if has_inertia else CAPACITY,
         smallest_m=settings.smallest_object_m or 0.0,
-        **room,
+        widest_m=widest_m,
     )
 
 

@@ -72,7 +72,8 @@ class PointMemory:
     boxes: Boxes
     balls: Balls
     widest_m: float = np.inf
-    """What `fine_m` is at most: farther off, beams lie too far apart for more balls to tell more."""
+    """What `fine_m` is at most: farther off, beams lie too far apart for more balls to tell more.
+    """
     fine_m: float = np.inf
     """Distance beyond which the pitch of voxels doubles with every doubling of the distance: less
     than `widest_m` for want of room."""

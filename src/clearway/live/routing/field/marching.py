@@ -91,9 +91,7 @@ def begin_march(
 
 
 @compiled
-def let_time_pass(
-    m: March, vehicle: Floats, slack_s: float, most_s: float
-) -> tuple[bool, float]:
+def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> tuple[bool, float]:
     """Let time march on until it has come to all places that may matter to a vehicle; return
     whether it came to the vehicle, and the time at which it ended."""
     levels, pace = m.levels, m.pace
