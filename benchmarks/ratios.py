@@ -11,6 +11,8 @@ import argparse
 import time
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +26,12 @@ from clearway.avoidance.decide import decide
 from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.state import State
-from clearway.sensors import PointMemory, Scan, detect, update_memory
+from clearway.live import AvoidanceSystem
+from clearway.missions.mission_file import read_mission_file
+from clearway.missions.setup import prepare
+from clearway.sensors import PointMemory, Scan, detect, remember_reading, update_memory
+from clearway.sim import simulate
+from clearway.sim.kept_scans import KeepingScanner
 from clearway.studies.encounters.flights import planner_at
 
 KEPT = Path(__file__).with_name("ratios.toml")
@@ -32,6 +39,8 @@ SLOWER = 1.2
 """Ratio to the kept one above which it is told."""
 ROUNDS, ROUND_S = 15, 0.04
 PYTHON_STEPS = 1_000
+FOREST, FLOWN_S = "copter-forest", 6.0
+"""Mission of the copter that decides, and how long it has flown."""
 Run = Callable[[], object]
 
 
@@ -70,7 +79,45 @@ def pairs() -> dict[str, tuple[Run, Run]]:
             lambda: decide(planner, situation),
             lambda: plain_python(PYTHON_STEPS),
         ),
+        "a decision of a copter with sight, field and known points, to plain Python": (
+            _copter_decision(),
+            lambda: plain_python(PYTHON_STEPS),
+        ),
+        "a scan of a copter remembered, to a minimal loop": (
+            _copter_memory(),
+            lambda: minimal_hits(GRID, scan.points_m),
+        ),
     }
+
+
+@cache
+def _copter_in_flight() -> tuple[AvoidanceSystem, Scan]:
+    """A copter that has flown into the forest for a while, and its latest scan."""
+    setup, scans = prepare(read_mission_file(FOREST)), list[Scan]()
+    system = setup.system()
+    simulate(
+        system,
+        setup.world,
+        lidars=[KeepingScanner(sensor, scans) for sensor in setup.sensors],
+        settings=replace(setup.simulation, time_limit_s=FLOWN_S),
+        plant=setup.plant,
+    )
+    return system, scans[-1]
+
+
+def _copter_decision() -> Run:
+    """All that is known gathered, the time to go marched anew, and chosen."""
+    system, scan = _copter_in_flight()
+    return lambda: decide(system.planner, system.situation(scan.time_s)[0])
+
+
+def _copter_memory() -> Run:
+    """Its latest scan, once more."""
+    system, scan = _copter_in_flight()
+    known = system._known
+    (memory,), (sensor,) = known.sensing._memories.values(), known.sensing.sensors.values()
+    state = known.own_states.at(scan.time_s)
+    return lambda: remember_reading(memory, sensor, scan, state)
 
 
 def _decision(escape: str) -> Run:

@@ -7,7 +7,9 @@ import pytest
 
 from clearway.avoidance.rate.route_field import Pace, RouteField, straight_time, time_to_go
 from clearway.base.arrays import FloatArray
+from clearway.live.routing.field.clearance_speed import speeds_of
 from clearway.live.routing.field.known_space import PROVES_EVERY
+from clearway.live.routing.field.marching import BUCKET, begin_march, let_time_pass
 from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
 
 MARGIN_M = 0.4
@@ -263,3 +265,28 @@ def test_where_the_straight_way_is_open_it_needs_none() -> None:
     used.take(start, np.zeros((0, 3)))
     for place in random_places(20, 60.0, 11):
         assert used.way_m(start, place) == ()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_when_cells_are_looked_at_makes_little_difference(seed: int) -> None:
+    """Times are those of a march in buckets so narrow that the earliest cell comes first."""
+    rng = np.random.default_rng(seed)
+    pace = Pace(20.0, 8.0, 0.8, 2.0, 1.5)
+    used = planner(pace, slow_mps=3.0, top_m=3.5)
+    trees = rng.uniform([4.0, -20.0, 0.0], [28.0, 20.0, 0.0], (60, 3))
+    trunk = np.column_stack([np.zeros((16, 2)), np.linspace(0.0, 4.0, 16)])
+    vehicle, target = np.array([0.0, 0.0, 1.2]), np.array([32.0, 3.0, 1.6])
+    used.take(vehicle, (trees[:, None] + trunk).reshape(-1, 3))
+    levels, clearance_m = used.space.levels, used.space.clearance_m
+    speed = speeds_of(levels, clearance_m, used._rule, (-np.inf, -np.inf, np.inf, np.inf))
+    times = []
+    for narrower in (1.0, 30.0):
+        bucket_s = BUCKET * levels.width_m / pace.fastest_mps / narrower
+        begun = begin_march(levels, pace, clearance_m, speed, target, 1.0, bucket_s)
+        assert let_time_pass(begun, vehicle, 1.0, np.inf)[0]
+        times.append(begun.time_s)
+    both = np.isfinite(times[0]) & np.isfinite(times[1])
+    assert np.count_nonzero(both) > 5_000
+    off_s = np.abs(times[0][both] - times[1][both])
+    assert np.percentile(off_s, 99.0) < 0.05
+    assert off_s.max() < 0.5

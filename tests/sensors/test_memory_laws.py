@@ -53,10 +53,15 @@ def as_set(memory: PointMemory) -> list[tuple[float, ...]]:
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), capacity=st.sampled_from([30, 300, 20_000]))
-def test_the_order_of_returns_makes_no_difference(seed, capacity):
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    capacity=st.sampled_from([30, 300, 20_000]),
+    widest_m=st.sampled_from([2.0, np.inf]),
+)
+def test_the_order_of_returns_makes_no_difference(seed, capacity, widest_m):
     rng = np.random.default_rng(seed)
-    one = other = PointMemory.empty(0.12, reach_m=REACH_M, capacity=capacity)
+    one = PointMemory.empty(0.12, reach_m=REACH_M, capacity=capacity, widest_m=widest_m)
+    other = one
     for step in range(3):
         points, state = cloud(rng, 400), State(np.array([0.5 * step, 0, 0]), time_s=float(step))
         turned = np.roll(points, rng.integers(0, 400), axis=0) if step else rng.permutation(points)
@@ -66,11 +71,17 @@ def test_the_order_of_returns_makes_no_difference(seed, capacity):
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), capacity=st.sampled_from([30, 300, 20_000]))
-def test_no_return_within_reach_lies_nearer_than_is_claimed(seed, capacity):
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    capacity=st.sampled_from([30, 300, 20_000]),
+    widest_m=st.sampled_from([2.0, np.inf]),
+)
+def test_no_return_within_reach_lies_nearer_than_is_claimed(seed, capacity, widest_m):
     """However many beams pass: nothing is cleared here."""
     rng = np.random.default_rng(seed)
-    memory = PointMemory.empty(0.12, reach_m=REACH_M, capacity=capacity, passes_to_clear=10**6)
+    memory = PointMemory.empty(
+        0.12, reach_m=REACH_M, capacity=capacity, passes_to_clear=10**6, widest_m=widest_m
+    )
     told = np.zeros((0, 3))
     for step in range(4):
         state = State(rng.uniform(-1, 1, 3), np.radians([0, 5, 90.0 * step]), time_s=float(step))
@@ -145,3 +156,33 @@ def test_coarse_balls_give_way_to_finer_ones_that_are_looked_at_from_near():
         memory = update_memory(memory, LIDAR, Scan(hits, float(step), sensor="all round"), near)
     ahead = np.abs(memory.position_m - np.array([10.0, 0.0, 0.0])) < 1.0
     assert memory.boxes.level[ahead.all(axis=1)].max() == 0
+
+
+def test_where_the_pitch_follows_the_beams_the_ground_takes_half_the_balls():
+    """Noise about height 0 would put it into two layers of voxels."""
+    rng = np.random.default_rng(4)
+    state, counts = State(np.array([0.0, 0.0, 1.5])), []
+    down = PATTERN.directions[PATTERN.directions[:, 2] < -0.2]
+    ground = down * (1.5 / -down[:, 2:]) + rng.normal(0.0, 0.01, (len(down), 3))
+    for height_m in (0.0, PointMemory.empty(0.12, widest_m=2.0).lift_m):
+        here = State(state.position_m - np.array([0.0, 0.0, height_m]))
+        memory = PointMemory.empty(0.12, reach_m=REACH_M, widest_m=2.0)
+        memory = update_memory(memory, LIDAR, Scan(ground, 0.0, sensor="all round"), here)
+        counts.append(len(memory.radius_m))
+        told = world_of(ground[np.linalg.norm(ground, axis=1) < REACH_M], here)
+        assert claimed_m(memory, told).max() <= 1e-9
+    assert counts[0] < 0.7 * counts[1]
+    assert memory.fine_m == 2.0
+
+
+def test_a_full_memory_that_follows_the_beams_is_made_emptier_than_full():
+    rng = np.random.default_rng(5)
+    memory = PointMemory.empty(0.12, reach_m=REACH_M, capacity=2_000, widest_m=2.0)
+    points = rng.uniform(-8.0, 8.0, (9_000, 3))
+    memory = update_memory(memory, LIDAR, Scan(points, 0.0, sensor="all round"), State(np.zeros(3)))
+    assert memory.merged > 0
+    assert len(memory.radius_m) <= 0.85 * 2_000
+    few = rng.uniform(-8.0, 8.0, (50, 3))
+    after = update_memory(memory, LIDAR, Scan(few, 1.0, sensor="all round"), State(np.zeros(3)))
+    assert after.merged == 0
+    assert after.fine_m == memory.fine_m

@@ -135,8 +135,8 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
 
 def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Taken) -> Decision:
     """What was taken, with all that it was taken from."""
-    rated, before, choice, finishes = leaving.rated, leaving.before, taken.choice, taken.finishes
-    near = rated.near
+    rated, before, finishes = leaving.rated, leaving.before, taken.finishes
+    choice, near = taken.choice.noted(), rated.near
     movements = rated.prepared.reach_set.movements_to(choice.node)
     if finishes:
         movements, within_s = (finishes.movement,), finishes.left_s

@@ -43,7 +43,9 @@ class GridFrame:
 
     def world_points(self, grid_points_m: FloatArray) -> FloatArray:
         """[..., 3] points of the grid frame, in the world."""
-        points: FloatArray = grid_points_m @ self.world_from_grid.T + self.origin_m
+        # As one table: numpy multiplies a stack of small ones one by one.
+        turned = grid_points_m.reshape(-1, 3) @ self.world_from_grid.T
+        points: FloatArray = turned.reshape(grid_points_m.shape) + self.origin_m
         return points
 
     def world_vectors(self, grid_vectors: FloatArray) -> FloatArray:

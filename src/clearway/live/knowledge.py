@@ -311,7 +311,8 @@ class Knowledge:
             return None
         place_m, known = state.position_m, self.sensing.remembered
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
-        field, is_known = routes.field(place_m, self.progress.target(self.mission))
+        asked_m = float(self.planner.prepared_at(state).away_m.max())
+        field, is_known = routes.field(place_m, self.progress.target(self.mission), asked_m)
         return field if is_known else None
 
     def here(self, state: State, now: float) -> Here:

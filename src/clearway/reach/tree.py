@@ -103,20 +103,14 @@ class ReachSet:
         """The node that movements lead to from the start; -1 where no path has them."""
         node = -1
         for name in movements:
-            children = self._children.get(node, {})
-            if name not in children:
+            if name not in self.movement_names:
                 return -1
-            node = children[name]
+            movement = self.movement_names.index(name)
+            found = np.flatnonzero((self.parent == node) & (self.movement == movement))
+            if not len(found):
+                return -1
+            node = int(found[-1])
         return node
-
-    @cached_property
-    def _children(self) -> dict[int, dict[str, int]]:
-        """Nodes by the movement that leads to them, by their parent."""
-        parents, names = self._steps
-        found: dict[int, dict[str, int]] = {}
-        for node, (parent, name) in enumerate(zip(parents, names, strict=True)):
-            found.setdefault(parent, {})[name] = node
-        return found
 
     def movements_to(self, node: int) -> tuple[str, ...]:
         """Names of the movements from the start to the end of `node`: its movement buffer."""

@@ -266,6 +266,8 @@ class _Flight(Generic[D]):
         system: object = self.system
         if isinstance(system, AvoidanceSystem):
             system.catch_up(now)
+            if self.automaton.has_inertia:
+                system.keep_up(now)  # As whoever flies has time to, between decisions.
 
     def _advance(self, place: FloatArray) -> None:
         """Progress up to a place [3]."""

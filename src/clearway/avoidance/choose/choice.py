@@ -18,7 +18,7 @@ from clearway.avoidance.choose.emergency import emergency
 from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidate
 from clearway.avoidance.clear.verify import KnownClearances
 from clearway.avoidance.plan.rated import Rated
-from clearway.avoidance.rules.rule import Ruling
+from clearway.avoidance.rules.rule import RuleNote, Ruling
 from clearway.base.checks import positive
 
 VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
@@ -28,18 +28,21 @@ VERIFIED = (Basis.RATED, Basis.VERIFIED, Basis.AGAINST_RULES, Basis.NO_LOITER)
 def choose_by_rules(
     ruling: Ruling, candidates: Candidates, pick_among: Callable[[Candidates, bool], Choice]
 ) -> Choice:
-    """The choice under rules, with a note of each active rule and of the one that decided.
+    """The choice under rules; asked, it notes each active rule and the one that decided.
 
     pick_among: some candidates, and whether none of them passes.
     """
-    if ruling.speaks:
-        choice = pick_among(ruled(candidates, ruling), False)
-        # Rules forbid and price; what keeps the margin does not depend on them.
-        without = pick_among(candidates, choice.basis is Basis.EMERGENCY)
-    else:
-        choice = without = pick_among(candidates, False)
-    notes = ruling.notes(candidates.nodes, without.node, choice.node)
-    return replace(choice, rules=notes)
+    speaks = ruling.speaks
+    choice = pick_among(ruled(candidates, ruling) if speaks else candidates, False)
+
+    def note_rules() -> tuple[RuleNote, ...]:
+        without = choice
+        if speaks:
+            # Rules forbid and price; what keeps the margin does not depend on them.
+            without = pick_among(candidates, choice.basis is Basis.EMERGENCY)
+        return ruling.notes(candidates.nodes, without.node, choice.node)
+
+    return replace(choice, note_rules=note_rules)
 
 
 def pick(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import ClassVar, NamedTuple, Protocol
@@ -133,6 +134,8 @@ class Choice:
     tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
+    note_rules: Callable[[], tuple[RuleNote, ...]] | None = field(default=None, repr=False)
+    """Works out `rules`, for the one choice that is flown: it takes another search."""
     TOLD: ClassVar = (
         "clearance_m",
         "limited_by",
@@ -147,6 +150,12 @@ class Choice:
     """What is worked out when asked for, and then remembered."""
 
     __repr__ = brief
+
+    def noted(self) -> Choice:
+        """Return the choice with what each active rule did."""
+        if self.note_rules is None:
+            return self
+        return replace(self, rules=self.note_rules(), note_rules=None)
 
     @classmethod
     def of(

@@ -34,6 +34,7 @@ from clearway.sensors import (
     remember_reading,
     unseen,
 )
+from clearway.sensors.memory.point_memory import CAPACITY
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.traffic import Intruder
 
@@ -47,6 +48,11 @@ SMALLEST_M = 0.3
 """Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
+MEMORY_BEAMS = 1.75
+"""Beam spacings that a voxel is wide at least, of a vehicle with inertia: finer ones hold a return
+each, and fill a memory in ten scans."""
+MEMORY_BALLS = 16_000
+"""Balls that a vehicle with inertia remembers: it decides often, by what is near."""
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
@@ -126,13 +132,10 @@ class RangeSensing:
         self.memory_reach_m = max(MEMORY_REACH * reach, planner.escape_reach_m + 2.0 * margin)
         """How far from the vehicle nothing is forgotten but on evidence."""
         # One each: no sensor wipes out what another has seen.
-        empty = PointMemory.empty(
-            MEMORY_VOXEL * margin,
-            planner.settings.memory_s,
-            reach_m=self.memory_reach_m,
-            smallest_m=planner.settings.smallest_object_m or 0.0,
-        )
-        self._memories = dict.fromkeys(sensors, empty)
+        self._memories = {
+            name: _nothing_remembered(planner, sensor, self.memory_reach_m)
+            for name, sensor in sensors.items()
+        }
         # Alone, a sensor has nobody to contradict it.
         court = Court.of(sensors, margin, reach, planner.speed_mps)
         self._court = court if len(sensors) > 1 else None
@@ -306,6 +309,22 @@ class RangeSensing:
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
+
+
+def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -> PointMemory:
+    """The memory of a sensor before its first scan."""
+    settings, has_inertia = planner.settings, planner.automaton.has_inertia
+    voxel_m, widest_m = MEMORY_VOXEL * settings.safety_margin_m, np.inf
+    if has_inertia and isinstance(sensor, LidarSensor) and sensor.lidar.pattern.spacing_rad > 0.0:
+        widest_m = voxel_m / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
+    return PointMemory.empty(
+        voxel_m,
+        settings.memory_s,
+        reach_m=reach_m,
+        capacity=MEMORY_BALLS if has_inertia else CAPACITY,
+        smallest_m=settings.smallest_object_m or 0.0,
+        widest_m=widest_m,
+    )
 
 
 def _left_out(memory: PointMemory) -> Mapping[str, int]:

@@ -97,14 +97,19 @@ class RoutePlanner:
         """Take in what is known now, as of `KnownSpace.take`."""
         return self.space.take(vehicle_m, points_m, complete_m)
 
-    def field(self, vehicle_m: FloatArray, target_m: FloatArray) -> tuple[RouteField, bool]:
+    def field(
+        self, vehicle_m: FloatArray, target_m: FloatArray, asked_within_m: float = np.inf
+    ) -> tuple[RouteField, bool]:
         """Return the field of time to go to a target [3], and whether a way from the vehicle [3]
-        to it is known."""
+        to it is known.
+
+        asked_within_m: how far from the vehicle times are asked for this time, if less than ever.
+        """
         settings, space = self.settings, self.space
         levels, pace = space.levels, settings.pace
         sides = (settings.west_m, settings.south_m, settings.east_m, settings.north_m)
         speed = speeds_of(levels, space.clearance_m, self._rule, sides)
-        slack_s = SLACK * settings.asked_within_m / pace.fastest_mps
+        slack_s = SLACK * min(settings.asked_within_m, asked_within_m) / pace.fastest_mps
         time, found = np.empty(0), False
         for most_s in dict.fromkeys((self._guess_s(vehicle_m, target_m), np.inf)):
             time, found = march(

@@ -82,7 +82,7 @@ def route_planner_for(
             needs.wide_m,
         ),
         cells,
-        None if obstacle_map is None else mapped,
+        mapped if obstacle_map else None,
     )
 
 

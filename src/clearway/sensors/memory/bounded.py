@@ -25,6 +25,27 @@ LEAST_FINE = 1e-3
 """Share of the reach below which it does not shrink."""
 
 
+class Limits(NamedTuple):
+    """What a memory goes by at a sweep."""
+
+    voxel_m: float
+    lift_m: float
+    """Of boxes above the world frame."""
+    fine_m: float
+    widest_m: float
+    """What `fine_m` is at most."""
+    reach_m: float
+    smallest_m: float
+    capacity: int
+    leaves: float
+    """Share of it that is filled at most after boxes were made coarser: the less, the rarer."""
+    deviation_m: float
+    """By which a return may lie off a line."""
+    time_s: float
+    oldest_s: float
+    """What was last seen before is forgotten where it is out of reach."""
+
+
 class Room(NamedTuple):
     """What is kept."""
 
@@ -38,22 +59,21 @@ class Room(NamedTuple):
 
 
 @compiled
-def fits(boxes: Boxes, capacity: int, fine_m: float) -> bool:
+def fits(boxes: Boxes, limits: Limits) -> bool:
     """Whether there is room for all of them, and always was."""
-    return len(boxes.doubt) <= capacity and fine_m == np.inf
+    return len(boxes.doubt) <= limits.capacity and limits.fine_m == limits.widest_m
 
 
 @compiled
-def make_room(
-    boxes: Boxes, center: Floats, reach: float, capacity: int, voxel: float, fine_m: float
-) -> Room:
+def make_room(boxes: Boxes, center: Floats, limits: Limits) -> Room:
     """At most about `capacity` boxes: first the farthest beyond reach go, then the pitch grows.
 
-    With every doubling of the distance from the centre beyond `fine_m` the pitch doubles; fine_m:
-    what it was before, tried first and widened again where there is room to spare.
+    With every doubling of the distance from the centre beyond `fine_m` the pitch doubles; that is
+    tried first and widened again where there is room to spare.
     """
-    count = len(boxes.doubt)
-    if fits(boxes, capacity, fine_m):
+    count, reach, capacity = len(boxes.doubt), limits.reach_m, limits.capacity
+    voxel, fine_m = limits.voxel_m, limits.fine_m
+    if fits(boxes, limits):
         return Room(boxes, fine_m, 0, 0)
     away = np.empty(count)
     beyond = 0
@@ -66,7 +86,7 @@ def make_room(
         away[n] = np.sqrt(squared)
         beyond += away[n] > reach
     # What is within reach is not kept coarse for the sake of what is beyond.
-    dropped = beyond if fine_m < np.inf else min(beyond, count - capacity)
+    dropped = beyond if fine_m < limits.widest_m else min(beyond, count - capacity)
     if dropped > 0:
         limit = np.partition(away, count - dropped)[count - dropped]
         keep = away < max(limit, np.nextafter(reach, np.inf))
@@ -74,9 +94,10 @@ def make_room(
         dropped = count - len(away)
     if len(away) <= capacity:
         spare = 2 * len(away) <= capacity
-        return Room(boxes, _wider(fine_m, reach) if spare else fine_m, dropped, 0)
-    fine = min(fine_m, reach)
-    while fine > LEAST_FINE * reach and _coarse_count(boxes, away, fine, voxel) > capacity:
+        wider = min(_wider(fine_m, reach), limits.widest_m)
+        return Room(boxes, wider if spare else fine_m, dropped, 0)
+    fine, leaves = min(fine_m, reach), limits.leaves * capacity
+    while fine > LEAST_FINE * reach and _coarse_count(boxes, away, fine, voxel) > leaves:
         fine *= FINER
     coarse = _coarsened(boxes, away, fine, voxel)
     return Room(coarse, fine, dropped, len(away) - len(coarse.doubt))

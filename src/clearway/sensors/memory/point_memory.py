@@ -21,6 +21,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.beams.raster import beam_raster, directions_of
+from clearway.sensors.memory.bounded import Limits
 from clearway.sensors.memory.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
     ALONE,
@@ -31,12 +32,18 @@ from clearway.sensors.memory.remembered import (
     no_boxes,
     pick_boxes,
 )
-from clearway.sensors.memory.sweep import Limits, Swept, remember_sweep, swept_by
+from clearway.sensors.memory.sweep import Swept, remember_sweep, swept_by
 from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.memory.uncertain import radii_unsure, turned_by
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.passing.width import returns_with_size
 
+CAPACITY = 20_000
+"""Balls that are remembered, where nothing else is set."""
+AMID = 256.0 / 3.0
+"""Voxels: a third of a voxel, or two, above a border, for all pitches."""
+LEAVES = 0.85
+"""Share of the capacity that coarser balls fill at most, where the pitch follows the beams."""
 OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
 RATE_KEPT = 0.8
@@ -64,8 +71,12 @@ class PointMemory:
     """Thickness of the smallest thing sought; 0 where it is not declared."""
     boxes: Boxes
     balls: Balls
+    widest_m: float = np.inf
+    """What `fine_m` is at most: farther off, beams lie too far apart for more balls to tell more.
+    """
     fine_m: float = np.inf
-    """Distance from which on balls are merged for want of room."""
+    """Distance beyond which the pitch of voxels doubles with every doubling of the distance: less
+    than `widest_m` for want of room."""
     alone_a_sweep: float = 0.0
     """New returns that nothing bears out, on average over the latest sweeps."""
     refuted_a_sweep: float = 0.0
@@ -90,12 +101,18 @@ class PointMemory:
         horizon_s: float = np.inf,
         *,
         reach_m: float = np.inf,
-        capacity: int = 20_000,
+        capacity: int = CAPACITY,
         passes_to_clear: int = 2,
         smallest_m: float = 0.0,
+        widest_m: float = np.inf,
     ) -> PointMemory:
         """Nothing remembered yet; raises ClearwayError naming an impossible setting."""
-        settings = {"voxel_m": voxel_m, "horizon_s": horizon_s, "reach_m": reach_m}
+        settings = {
+            "voxel_m": voxel_m,
+            "horizon_s": horizon_s,
+            "reach_m": reach_m,
+            "widest_m": widest_m,
+        }
         for name, value in settings.items():
             if not value > 0.0:
                 raise ClearwayError(f"point memory: {name} must be above 0, got {value}")
@@ -112,8 +129,17 @@ class PointMemory:
             passes_to_clear,
             float(smallest_m),
             boxes,
-            balls_of(boxes),
+            balls_of(boxes, 0.0),
+            float(widest_m),
+            float(widest_m),
         )
+
+    @property
+    def lift_m(self) -> float:
+        """How far boxes are lifted above the world frame, where their pitch follows the beams: the
+        ground at height 0, which is most of what a low sensor sees, then lies amid voxels of every
+        pitch, not on the border of two of them."""
+        return AMID * self.voxel_m if self.widest_m < np.inf else 0.0
 
     @property
     def position_m(self) -> FloatArray:
@@ -180,10 +206,12 @@ def update_memory(
     blind, too far and own-airframe ones. A voxel hit by this scan is never forgotten.
     """
     noise = tolerance_m + 3.0 * lidar.sigma_m
+    if memory.lift_m > 0.0:
+        state = replace(state, position_m=state.position_m + np.array([0.0, 0.0, memory.lift_m]))
     sensor = sensor_at(lidar, state, noise)
     raster = beam_raster(lidar.pattern)
     before = memory.seen_from or sensor
-    reach, ground = float(memory.reach_m), float(ground_m)
+    reach, ground = float(memory.reach_m), float(ground_m) + memory.lift_m
     if angle_rad <= 0.0:
         limits = _limits(memory, scan.time_s, noise)
         rule, remembered = memory.rule, (memory.boxes, memory.balls)
@@ -237,10 +265,13 @@ def remember(
 def _limits(memory: PointMemory, time_s: float, noise_m: float) -> Limits:
     return Limits(
         memory.voxel_m,
+        memory.lift_m,
         memory.fine_m,
+        memory.widest_m,
         memory.reach_m,
         memory.smallest_m,
         memory.capacity,
+        1.0 if memory.widest_m == np.inf else LEAVES,
         float(OFF_LINE * memory.voxel_m + noise_m),
         float(time_s),
         float(time_s - memory.horizon_s),
@@ -260,6 +291,7 @@ def _after(
         smallest_m=memory.smallest_m,
         boxes=room.boxes,
         balls=swept.balls,
+        widest_m=memory.widest_m,
         fine_m=room.fine_m,
         alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
         refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
@@ -291,7 +323,7 @@ def forget_moved(
     if keep.all():
         return memory
     boxes = pick_boxes(memory.boxes, keep)
-    return replace(memory, boxes=boxes, balls=balls_of(boxes))
+    return replace(memory, boxes=boxes, balls=balls_of(boxes, memory.lift_m))
 
 
 def _averaged(before: float, now: int) -> float:

@@ -27,7 +27,7 @@ class Boxes(NamedTuple):
     """Columns of what is remembered, the longest unseen first."""
 
     low_m: Floats2
-    """[n, 3] world frame."""
+    """[n, 3] world frame, lifted by what the memory says."""
     high_m: Floats2
     """[n, 3]"""
     spacing_m: Floats
@@ -158,26 +158,34 @@ def copy_box(source: Boxes, n: int, target: Boxes, m: int) -> None:
 @compiled
 def pick_boxes(boxes: Boxes, keep: Bools) -> Boxes:
     """Those that are marked [n], in their order."""
-    kept = empty_boxes(_count(keep))
-    _pick(boxes, keep, kept)
+    which = np.flatnonzero(keep)
+    kept = empty_boxes(len(which))
+    _copy_boxes(boxes, which, kept, 0)
     return kept
 
 
 @compiled
-def _count(marks: Bools) -> int:
-    count = 0
-    for n in range(len(marks)):
-        count += marks[n]
-    return count
-
-
-@compiled
-def _pick(boxes: Boxes, keep: Bools, kept: Boxes) -> None:
-    m = 0
-    for n in range(len(keep)):
-        if keep[n]:
-            copy_box(boxes, n, kept, m)
-            m += 1
+def _copy_boxes(source: Boxes, which: Ints, target: Boxes, begin: int) -> None:
+    """Copy boxes by their numbers, column by column, to the places from one on."""
+    for m in range(len(which)):
+        n = which[m]
+        for axis in range(3):
+            target.low_m[begin + m, axis] = source.low_m[n, axis]
+    for m in range(len(which)):
+        n = which[m]
+        for axis in range(3):
+            target.high_m[begin + m, axis] = source.high_m[n, axis]
+    for m in range(len(which)):
+        n = which[m]
+        target.spacing_m[begin + m] = source.spacing_m[n]
+        target.last_seen_s[begin + m] = source.last_seen_s[n]
+    for m in range(len(which)):
+        n = which[m]
+        target.size_m[begin + m], target.doubt[begin + m] = source.size_m[n], source.doubt[n]
+    for m in range(len(which)):
+        n = which[m]
+        target.sweeps[begin + m], target.kind[begin + m] = source.sweeps[n], source.kind[n]
+        target.level[begin + m] = source.level[n]
 
 
 @compiled
@@ -207,14 +215,13 @@ def _put_together(
     old: Boxes, doubt: Floats, seen: Boxes, again: Ints, both: Boxes
 ) -> tuple[int, int]:
     """Fill in `merge_boxes`: how many are kept of the old ones, and how many there are in all."""
+    which = np.empty(len(doubt), dtype=np.int64)
     kept = 0
     for n in range(len(doubt)):
-        if again[n] < 0 and doubt[n] < 1.0:
-            copy_box(old, n, both, kept)
-            both.doubt[kept] = doubt[n]
-            kept += 1
-    for n in range(len(seen.doubt)):
-        copy_box(seen, n, both, kept + n)
+        which[kept] = n  # Written always and passed over if it goes: no branch.
+        kept += (again[n] < 0) & (doubt[n] < 1.0)
+    _copy_boxes(doubted(old, doubt), which[:kept], both, 0)
+    _copy_boxes(seen, np.arange(len(seen.doubt)), both, kept)
     for n in range(len(again)):
         if again[n] >= 0:
             unite(both, kept + again[n], old, n)
@@ -232,8 +239,9 @@ class Balls(NamedTuple):
 
 
 @compiled
-def balls_of(boxes: Boxes) -> Balls:
-    """The ball around each box, grown by half the beam spacing."""
+def balls_of(boxes: Boxes, lift: float) -> Balls:
+    """The ball around each box, grown by half the beam spacing; world frame, above which boxes are
+    lifted by so much."""
     count = len(boxes.doubt)
     position, radius = np.empty((count, 3)), np.empty(count)
     for n in range(count):
@@ -243,6 +251,7 @@ def balls_of(boxes: Boxes) -> Balls:
             # A lone return stays where it was, whatever the rounding.
             position[n, axis] = low if low == high else 0.5 * (low + high)
             squared += (high - low) ** 2
+        position[n, 2] -= lift
         radius[n] = 0.5 * np.sqrt(squared) + boxes.spacing_m[n]
     return Balls(position, radius)
 

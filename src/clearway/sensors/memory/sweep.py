@@ -7,7 +7,7 @@ from typing import NamedTuple
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.sensors.beams.raster import BeamRaster, directions_of
-from clearway.sensors.memory.bounded import Room, fits, make_room
+from clearway.sensors.memory.bounded import Limits, Room, fits, make_room
 from clearway.sensors.memory.doubt import DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
     ALONE,
@@ -22,21 +22,6 @@ from clearway.sensors.memory.swept_boxes import found_again, numbered_boxes
 from clearway.sensors.memory.wires import join_lines
 from clearway.sensors.passing.passed_points import Sensor
 from clearway.sensors.passing.width import returns_with_size
-
-
-class Limits(NamedTuple):
-    """What a memory goes by at a sweep."""
-
-    voxel_m: float
-    fine_m: float
-    reach_m: float
-    smallest_m: float
-    capacity: int
-    deviation_m: float
-    """By which a return may lie off a line."""
-    time_s: float
-    oldest_s: float
-    """What was last seen before is forgotten where it is out of reach."""
 
 
 class Swept(NamedTuple):
@@ -84,17 +69,16 @@ def remember_sweep(
     limits: Limits,
 ) -> Swept:
     """What a sweep from a place leaves of what was remembered, and what it adds."""
-    voxel, reach, capacity = limits.voxel_m, limits.reach_m, limits.capacity
     refuted = _count_refuted(before, doubt) if _count_cleared(doubt) else 0
-    _expire(before, doubt, origin, reach, limits.oldest_s)
-    if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, capacity, limits.fine_m):
+    _expire(before, doubt, origin, limits.reach_m, limits.oldest_s)
+    if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, limits):
         # Nothing comes, nothing goes: but for doubt all is as it was.
         return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
     both, kept = merge_boxes(before, doubt, seen, again)
-    boxes = join_lines(both, kept, voxel, limits.deviation_m, limits.time_s)
+    boxes = join_lines(both, kept, limits.voxel_m, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_bare(boxes, kept, 1), _count_bare(boxes, kept, 2)
-    room = make_room(boxes, origin, reach, capacity, voxel, limits.fine_m)
-    return Swept(room, balls_of(room.boxes), refuted, alone, borne_out)
+    room = make_room(boxes, origin, limits)
+    return Swept(room, balls_of(room.boxes, limits.lift_m), refuted, alone, borne_out)
 
 
 @compiled

@@ -84,18 +84,21 @@ def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: f
     """Return the points within a distance of the vehicle [3] that were not told of, nor any beside
     them, and drop them: of the same surface, others are told of every time."""
     gone = [0]
-    per_metre = 1.0 / known.voxel_m
-    for slot in range(len(known.table)):
-        packed = known.table[slot, 1]
-        if known.table[slot, 0] < 0 or packed >> POINT_BITS == telling:
-            continue
-        at = packed & (MOST_POINTS - 1)
+    per_metre, mask = 1.0 / known.voxel_m, len(known.table) - 1
+    for at in range(known.counts[0]):
         x, y, z = known.point[at, 0], known.point[at, 1], known.point[at, 2]
         dx, dy, dz = x - vehicle[0], y - vehicle[1], z - vehicle[2]
-        if dx * dx + dy * dy + dz * dz > within_m * within_m:
+        is_near = dx * dx + dy * dy + dz * dz <= within_m * within_m
+        if not is_near or known.point[at, 3] < 0.0:
             continue
         a, b = int(np.floor(x * per_metre)), int(np.floor(y * per_metre))
         c = int(np.floor(z * per_metre))
+        key = ((a & MASK) << (2 * BITS)) | ((b & MASK) << BITS) | (c & MASK)
+        slot = _slot(a, b, c, mask)
+        while known.table[slot, 0] != key and known.table[slot, 0] != -1:
+            slot = (slot + 1) & mask
+        if known.table[slot, 0] == -1 or known.table[slot, 1] >> POINT_BITS == telling:
+            continue
         if not _is_told_beside(known, telling, a, b, c):
             # Its place in the table stays taken: others may have been put behind it.
             known.table[slot, 0] = GONE
@@ -281,4 +284,7 @@ def unmark_points(
             inside = 0 <= i < n and 0 <= j < n
             u, v = min(max(i, 0), n - 1), min(max(j, 0), n - 1)
             if about[u, v] and (inside or max(abs(u - i), abs(v - j)) <= far):
-                _mark(levels, clearance_m, reach_m[level], known.point, at, level, 0, 0, n, n)
+                _mark(
+                    levels, clearance_m, reach_m[level], known.point, at, level,
+                    low_a, low_b, far_a, far_b,
+                )  # fmt: skip

@@ -17,6 +17,9 @@ from clearway.live.routing.field.wave import (
     straight_to_target,
 )
 
+BUCKET = 0.7
+"""Width of a bucket of time, in what the finest cell takes at the greatest speed."""
+
 
 @compiled
 def march(
@@ -39,8 +42,26 @@ def march(
     the vehicle that take longer are not found; inf where nothing is known of its own. slow_mps:
     how fast what lies too near to something is left.
     """
-    n, layers = levels.n, levels.layers
-    cells = levels.depth * n * n * layers
+    bucket_s = BUCKET * levels.width_m / pace.fastest_mps
+    m = begin_march(levels, pace, clearance_m, speed_mps, target, ends_within_m, bucket_s)
+    found, bound = let_time_pass(m, vehicle, slack_s, most_s)
+    fill_in_rest(m, vehicle, bound if found else np.inf)
+    lean_away(m, slow_mps)
+    return m.time_s, found
+
+
+@compiled
+def begin_march(
+    levels: Levels,
+    pace: Pace,
+    clearance_m: Floats,
+    speed_mps: Floats,
+    target: Floats,
+    ends_within_m: float,
+    bucket_s: float,
+) -> March:
+    """Return a march that begins at the target, as of `march`, with buckets of some width."""
+    cells = levels.depth * levels.n * levels.n * levels.layers
     counts = np.zeros(4, dtype=np.int64)
     counts[0] = -1
     braking_m = 0.0
@@ -53,18 +74,28 @@ def march(
         target,
         braking_m,
         time_along(pace, braking_m),
-        0.7 * levels.width_m / pace.fastest_mps,
+        bucket_s,
         np.full(cells, np.inf),
         speed_mps,
         clearance_m,
         np.zeros(cells, dtype=np.bool_),
         np.zeros(cells, dtype=np.bool_),
         np.full(BUCKETS, -1, dtype=np.int64),
+        np.empty(BUCKETS, dtype=np.int64),
         np.empty(4 * cells, dtype=np.int64),
         np.empty(4 * cells, dtype=np.int64),
         counts,
     )
     _begin(m, ends_within_m)
+    return m
+
+
+@compiled
+def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> tuple[bool, float]:
+    """Let time march on until it has come to all places that may matter to a vehicle; return
+    whether it came to the vehicle, and the time at which it ended."""
+    levels, pace = m.levels, m.pace
+    n, layers = levels.n, levels.layers
     found, bound, near2 = False, most_s + slack_s, (1.6 * levels.width_m) ** 2
     upwards = pace.fastest_mps / max(pace.climb_mps, pace.sink_mps)
     while m.counts[1] > 0:
@@ -95,9 +126,7 @@ def march(
             found, bound = True, min(bound, m.time_s[cell] + slack_s)
         if m.time_s[cell] + np.sqrt(away2 + dz * dz) / pace.fastest_mps <= bound:
             _spread(m, level, i, j, k)
-    fill_in_rest(m, vehicle, bound if found else np.inf)
-    lean_away(m, slow_mps)
-    return m.time_s, found
+    return found, bound
 
 
 @compiled

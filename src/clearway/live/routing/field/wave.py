@@ -46,7 +46,10 @@ class March(NamedTuple):
     waits: Bools
     """Whether a cell has improved since it was looked at."""
     head: Ints
-    """[BUCKETS] first entry of each bucket, -1 for none."""
+    """[BUCKETS] first entry of each bucket, -1 for none: the first in comes out first, since a cell
+    that is spread from too early is so again and again."""
+    tail: Ints
+    """[BUCKETS] last entry of each bucket that has any."""
     following: Ints
     """[entries] the next of the same bucket, or of those that are free."""
     cell: Ints
@@ -81,8 +84,12 @@ def put_in_bucket(m: March, cell: int, seconds: float) -> None:
         m.counts[3] += 1
     else:
         return
-    m.following[entry] = m.head[bucket & (BUCKETS - 1)]
-    m.head[bucket & (BUCKETS - 1)] = entry
+    slot = bucket & (BUCKETS - 1)
+    if m.head[slot] < 0:
+        m.head[slot] = entry
+    else:
+        m.following[m.tail[slot]] = entry
+    m.tail[slot], m.following[entry] = entry, -1
     m.cell[entry] = cell
     m.counts[1] += 1
 
