@@ -29,7 +29,6 @@ from clearway.view.plot.space import (
     stacked_views,
     within,
 )
-from clearway.view.plot.speed_track import draw_columns, draw_speed, speeds_mps
 from clearway.view.plot.style import halo
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
@@ -42,6 +41,8 @@ BEHIND = 0.6
 """How much of what was flown a picture of one moment shows, as a share of the range."""
 SPACE_IN = 6.6
 """Inches across for the view in space."""
+FAR_ABOVE = 3.0
+"""Times the greatest distance: a margin above that is named only."""
 ARC_POINTS = 12
 """In which an arc of the rim is drawn."""
 
@@ -115,23 +116,10 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     above, side = stacked_views(figure, panels[1], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
-    _colour_by_speed(figure, run, flown, above, side)
     handles, labels = above.get_legend_handles_labels()
     handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     return figure
-
-
-def _colour_by_speed(figure: Figure, run: Run, flown: FloatArray, above: Axes, side: Axes) -> None:
-    """The track in the colours of its speed, where that changes, among the columns that stand."""
-    draw_columns(above, run.world)
-    speeds = speeds_mps(run, len(flown))
-    if speeds is None or not len(speeds):
-        return
-    fastest = float(speeds.max())
-    lines = draw_speed(above, flown[:, [0, 1]], speeds, fastest)
-    draw_speed(side, flown[:, [0, 2]], speeds, fastest)
-    figure.colorbar(lines, ax=[above, side], label="speed (m/s)", shrink=0.7, pad=0.02)
 
 
 def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
@@ -281,7 +269,13 @@ def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
         (margins.safety_m, "safety margin", PLANNED),
     )
     for value, label, color in lines:
-        axes.axhline(value, linestyle="--", color=color, label=f"{label}: {value:.2f} m")
+        # One far above all that was flown would leave no room for that.
+        beyond = value > FAR_ABOVE * float(distance.max()) > 0.0
+        name = f"{label}: {value:.2f} m" + (", above the picture" if beyond else "")
+        if beyond:
+            axes.plot([], [], linestyle="--", color=color, label=name)
+        else:
+            axes.axhline(value, linestyle="--", color=color, label=name)
     if np.isfinite(distance).all():
         lowest = int(np.argmin(distance))
         label = f"nearest: {distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s"
