@@ -27,7 +27,7 @@ def explanation(
         str(choice.basis),
     ]
     if decision.speed is not None:
-        parts.append(decision.speed.in_words)
+        parts.insert(1, decision.speed.in_words)
     if choice.basis is Basis.EMERGENCY:
         parts.insert(
             0,

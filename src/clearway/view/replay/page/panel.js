@@ -141,8 +141,8 @@ class Panel {
       ["cost", figure(made.cost_m, "m", 1)],
       ["scan age", figure(made.scan_age_s, "s", 2)],
       ["computed in", figure(made.elapsed_ms, "ms", 2)],
-    ]), element("h2", "Why this one"), element("p", made.explanation.split("; ").slice(2)
-      .filter((part) => !made.speed || !part.startsWith("speed ")).join("; "))];
+    ]), element("h2", "Why this one"), element("p", made.explanation.split("; ")
+      .filter((part) => !made.speed || !part.startsWith("speed ")).slice(2).join("; "))];
     const counts = Object.entries(made.ruled_out_by).map(([cause, n]) => `${n} by ${cause}`);
     parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
       + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
