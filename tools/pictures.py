@@ -33,7 +33,10 @@ PICTURES = {
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
 COLOURS = 192
-REPLAYS = (("replay.png", "mixed", "t=18"), ("replay-copter.png", "copter-columns", "t=10.1&plots=0"))
+REPLAYS = (
+    ("replay.png", "mixed", "t=18"),
+    ("replay-copter.png", "copter-columns", "t=10.1&plots=0"),
+)
 """Name, mission and moment of pictures of the replay page."""
 WINDOW = (1240, 780)
 
