@@ -19,7 +19,7 @@ from clearway.avoidance.plan.situation import CALM
 from clearway.avoidance.rate.fusion import CellAssessment
 from clearway.avoidance.rate.goal import Goal
 from clearway.avoidance.rate.reach_rating import ReachAssessment
-from clearway.avoidance.speed_choice import SpeedChoice, explain_speed
+from clearway.avoidance.speed_choice import SpeedChoice, SpeedTerms, explain_speed
 from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
@@ -149,7 +149,20 @@ class Decision:
     @cached_property
     def speed(self) -> SpeedChoice | None:
         """Speeds of the plan and what limits them; None of a vehicle without inertia."""
-        return explain_speed(self)
+        if self.ways is None:
+            return None
+        return explain_speed(
+            SpeedTerms(
+                self.found_again.planner.automaton,
+                self.state,
+                self.movements,
+                self.choice,
+                self.escapes or self.under_way_s is not None,
+                self.ways,
+                self.no_way_out,
+                self.goal,
+            )
+        )
 
     @cached_property
     def frame(self) -> GridFrame:

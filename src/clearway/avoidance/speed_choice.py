@@ -8,19 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.choose.chosen import Basis
+from clearway.avoidance.choose.chosen import Choice
+from clearway.avoidance.escape.finder import WaysOut
+from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.time_cost import ARRIVAL_MPS, speed_abilities
+from clearway.avoidance.rate.goal import Goal
 from clearway.base.frames import FloatArray
-from clearway.base.state import IntArray
+from clearway.base.state import IntArray, State
 from clearway.sensors.observed.sight import measure_sight
-
-if TYPE_CHECKING:
-    from clearway.avoidance.decision import Decision
-    from clearway.vehicle.class_table import ClassTable
+from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.class_table import ClassTable
 
 DIRECTIONS = 72
 """In which sight is measured, all round."""
@@ -83,21 +84,34 @@ class Sight:
         return _azimuths(len(self.free_m))
 
 
-def explain_speed(decision: Decision) -> SpeedChoice | None:
-    """Return the speeds of a decision and what limits them; None without inertia or evidence."""
-    ways, classes = decision.ways, decision.found_again.planner.automaton.classes
-    if ways is None or classes is None:
+class SpeedTerms(NamedTuple):
+    """What a decision's speed is explained by."""
+
+    automaton: MovementAutomaton
+    state: State
+    movements: tuple[str, ...]
+    choice: Choice
+    flies_escape: bool
+    ways: WaysOut
+    no_way_out: tuple[str, ...]
+    """First movements after which no escape was found."""
+    goal: Goal
+
+
+def explain_speed(terms: SpeedTerms) -> SpeedChoice | None:
+    """Return the speeds of a decision and what limits them; None without inertia."""
+    classes = terms.automaton.classes
+    if classes is None:
         return None
-    at = classes.class_at(float(decision.state.attitude_rad[0]))
-    reach_set = decision.prepared.reach_set
-    speeds = classes.speed_mps
-    if decision.escapes or decision.under_way_s is not None:
-        ends = _flown_classes(classes, at, decision.movements)
+    at = classes.class_at(float(terms.state.attitude_rad[0]))
+    if terms.flies_escape:
+        ends = _flown_classes(classes, at, terms.movements)
     else:
-        path = reach_set.path(decision.choice.node)
-        ends = classes.classes_at(reach_set.states[path, 3])
+        reach_set = terms.choice.grounds.prepared.reach_set
+        ends = classes.classes_at(reach_set.states[reach_set.path(terms.choice.node), 3])
+    speeds = classes.speed_mps
     plan = tuple(float(speeds[end]) for end in ends)
-    limit = _limit_of(decision, classes, at, plan[0])
+    limit = _limit_of(terms, classes, at, plan[0])
     return SpeedChoice(float(speeds[at]), plan[0], plan, float(speeds.max()), limit)
 
 
@@ -110,51 +124,49 @@ def _flown_classes(classes: ClassTable, at: int, movements: tuple[str, ...]) -> 
     return np.array(ends)
 
 
-def _limit_of(decision: Decision, classes: ClassTable, at: int, next_mps: float) -> SpeedLimit:
+def _limit_of(terms: SpeedTerms, classes: ClassTable, at: int, next_mps: float) -> SpeedLimit:
     """What became of the first movements that end faster."""
+    if terms.flies_escape:
+        return SpeedLimit.ESCAPE
     ends = classes.following[at]
     faster = np.flatnonzero((ends >= 0) & (classes.speed_mps[ends] > next_mps + FASTER_MPS))
-    if decision.choice.basis is Basis.WAY_OUT or decision.under_way_s is not None:
-        return SpeedLimit.ESCAPE
     if not len(faster):
         greatest = next_mps > float(classes.speed_mps.max()) - FASTER_MPS
         return SpeedLimit.GREATEST if greatest else SpeedLimit.GAINING
-    ways, banned = decision.ways, [classes.names.index(name) for name in decision.no_way_out]
+    banned = (classes.names.index(name) for name in terms.no_way_out)
     without = [movement for movement in banned if movement in faster]
-    if without and ways is not None:
+    if without:
         # An escape that only sight forbids is found by those who need not see.
-        blind = any(ways.after(movement, strict=False) is not None for movement in without)
+        blind = any(terms.ways.after(movement, strict=False) is not None for movement in without)
         return SpeedLimit.SIGHT if blind else SpeedLimit.CLEARANCE
-    first = decision.prepared.first_movement
-    if any(int(first[other.node]) in faster for other in decision.choice.ruled_out):
+    first = terms.choice.grounds.prepared.first_movement
+    if any(int(first[other.node]) in faster for other in terms.choice.ruled_out):
         return SpeedLimit.CLEARANCE
-    if _nears_goal(decision, float(classes.speed_mps[ends[faster]].max())):
+    if _nears_goal(terms, float(classes.speed_mps[ends[faster]].max())):
         return SpeedLimit.GOAL
     return SpeedLimit.WAY
 
 
-def _nears_goal(decision: Decision, faster_mps: float) -> bool:
+def _nears_goal(terms: SpeedTerms, faster_mps: float) -> bool:
     """Whether a faster vehicle could no longer stop at its last goal."""
-    if not decision.goal.final:
+    if not terms.goal.final:
         return False
-    able = speed_abilities(decision.found_again.planner.automaton)
-    away_m = float(np.hypot(decision.goal.target_m[0], decision.goal.target_m[1]))
+    able = speed_abilities(terms.automaton)
+    away_m = float(np.hypot(terms.goal.target_m[0], terms.goal.target_m[1]))
     return float(np.sqrt(2.0 * able.acceleration_mps2 * away_m)) + ARRIVAL_MPS < faster_mps
 
 
-def measure_sight_of(decision: Decision) -> Sight | None:
+def measure_sight_from(planner: Planner, state: State, ways: WaysOut | None) -> Sight | None:
     """Return what was seen to be free around a decision, asked before later scans change it; None
     without inertia or where escapes need not be seen."""
-    ways, automaton = decision.ways, decision.found_again.planner.automaton
+    automaton = planner.automaton
     if ways is None or not ways.strict or automaton.classes is None:
         return None
     able, lasts_s = speed_abilities(automaton), automaton.movements[0].duration_s
-    radius = decision.found_again.planner.settings.body_radius_m
-    azimuths = _azimuths(DIRECTIONS)
-    farthest = decision.found_again.planner.grid.range_m
-    place = np.ascontiguousarray(decision.state.position_m)
+    radius, farthest = planner.settings.body_radius_m, planner.grid.range_m
+    azimuths, place = _azimuths(DIRECTIONS), np.ascontiguousarray(state.position_m)
     free_m = measure_sight(ways.seen, place, azimuths, radius, STEP_M, farthest)
-    course = float(decision.state.attitude_rad[2])
+    course = float(state.attitude_rad[2])
     off = np.abs((azimuths - course + np.pi) % (2.0 * np.pi) - np.pi)
     ahead_m = float(free_m[off <= AHEAD_RAD].max())
     most = able.acceleration_mps2

@@ -14,7 +14,7 @@ from typing import Generic
 
 import numpy as np
 
-from clearway.avoidance.speed_choice import measure_sight_of
+from clearway.avoidance.speed_choice import measure_sight_from
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -201,8 +201,11 @@ class _Flight(Generic[D]):
             return None
         flight = self.system.decide(now)
         elapsed_s = time.perf_counter() - started
+        if not isinstance(flight, FlightDecision):
+            return LoggedDecision(flight, why, elapsed_s)
         # Asked now, since later scans change it.
-        sight = measure_sight_of(flight.decision) if isinstance(flight, FlightDecision) else None
+        ways = flight.decision.ways
+        sight = measure_sight_from(self.system.planner, flight.state, ways)
         return LoggedDecision(flight, why, elapsed_s, sight)
 
     def _can_fly_on(self) -> bool:

@@ -17,12 +17,11 @@ from clearway.base.brief import runs
 from clearway.base.frames import FloatArray
 from clearway.sim import LoggedDecision, Run, decided_by_clearway
 from clearway.sim.pilot import Steering
+from clearway.view.plot.flight import DASHES, ESCAPE_COLOUR, PLANNED
 from clearway.view.plot.ground_plan import draw_ground_plan
 from clearway.view.plot.speed_track import (
-    DASHES,
-    ESCAPE_COLOUR,
     MAP,
-    PLANNED,
+    SEEN_FREE,
     draw_escape,
     draw_sight,
     draw_speed,
@@ -145,7 +144,7 @@ def _draw_braking(axes: Axes, entry: LoggedDecision) -> None:
     axes.plot(*escape.T, "s", color=ESCAPE_COLOUR, linestyle=DASHES, markersize=5)
     farthest = max(float(plan[-1, 0]), float(escape[-1, 0]), 1.0)
     if sight is not None:
-        axes.axvspan(0.0, sight.ahead_m, color="#cfe8d5", zorder=0)
+        axes.axvspan(0.0, sight.ahead_m, color=SEEN_FREE, zorder=0)
         name = f"seen free ahead: {sight.ahead_m:.1f} m"
         axes.axvline(sight.ahead_m, color=CAP, linewidth=1.2)
         axes.annotate(

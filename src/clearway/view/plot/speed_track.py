@@ -10,10 +10,10 @@ from matplotlib.colors import Normalize
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.speed_choice import Sight
 from clearway.base.frames import FloatArray
+from clearway.view.plot.flight import DASHES, ESCAPE_COLOUR
 
 MAP = "viridis"
-PLANNED, ESCAPE_COLOUR, SEEN_FREE = "#d62728", "#088c82", "#cfe8d5"
-DASHES = (0, (3.0, 1.2))
+SEEN_FREE = "#cfe8d5"
 
 
 def measure_speeds(time_s: FloatArray, places_m: FloatArray) -> FloatArray:
