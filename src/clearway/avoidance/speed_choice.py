@@ -139,6 +139,8 @@ def _limit_of(terms: SpeedTerms, classes: ClassTable, at: int, next_mps: float) 
         # An escape that only sight forbids is found by those who need not see.
         blind = any(terms.ways.after(movement, strict=False) is not None for movement in without)
         return SpeedLimit.SIGHT if blind else SpeedLimit.CLEARANCE
+    if any(movement in faster for movement in terms.ways.shunned):
+        return SpeedLimit.SIGHT
     first = terms.choice.grounds.prepared.first_movement
     if any(int(first[other.node]) in faster for other in terms.choice.ruled_out):
         return SpeedLimit.CLEARANCE

@@ -104,6 +104,11 @@ class WaysOut:
         return self._terms.seen
 
     @property
+    def shunned(self) -> tuple[int, ...]:
+        """Movements that were found to come nearer to unobserved space than there is need for."""
+        return tuple(movement for movement, keeps in self._aloof.items() if not keeps)
+
+    @property
     def margin_m(self) -> float:
         """The whole margin."""
         return self._full_m

@@ -14,13 +14,8 @@ from clearway.sim import Run, decided_by_clearway
 from clearway.sim.pilot import Steering
 from clearway.studies.figures.comparison import draw_tracks
 from clearway.view.plot.assessment import assessment_figures
-from clearway.view.plot.flight import (
-    Margins,
-    draw_obstacle_distance,
-    draw_snapshot,
-    draw_tracking,
-    snapshot_decisions,
-)
+from clearway.view.plot.flight import draw_snapshot, snapshot_decisions
+from clearway.view.plot.flight_curves import Margins, draw_obstacle_distance, draw_tracking
 from clearway.view.plot.notebook import for_notebooks
 from clearway.view.plot.speed_flight import draw_speed_flight, draw_speed_moment, has_speeds
 from clearway.view.plot.traffic import draw_collision_distance, draw_traffic, first_detection
