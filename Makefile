@@ -17,7 +17,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo core test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
-	$(BIN)/clearway fly static-obstacles --out clearway-out/demo
+	$(BIN)/clearway fly copter-columns --out clearway-out/demo
 
 core: $(VENV)/.core
 	$(CORE)

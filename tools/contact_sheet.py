@@ -37,6 +37,7 @@ class Drawing:
 
 
 DRAWINGS = (
+    Drawing("fly-copter", "fly copter-columns --no-mcap"),
     Drawing("fly-static", "fly static-obstacles --no-mcap"),
     Drawing("fly-intruders", "fly intruders-collision --no-mcap"),
     Drawing("fly-mixed", "fly mixed --no-mcap"),

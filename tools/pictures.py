@@ -23,6 +23,8 @@ TOLD = ("strict", "off")
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
 RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
+    "copter.png": (("fly", "copter-columns"), "flight.png"),
+    "copter-decision.png": (("fly", "copter-columns"), "snapshot-2.png"),
     "snapshot.png": (("fly", "static-obstacles"), "snapshot-2.png"),
     "assessment.png": (("assess", str(STREET)), "reachability.png"),
     "collision-distance.png": (("fly", "intruders-collision"), "collision-distance.png"),
@@ -31,8 +33,11 @@ PICTURES = {
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
 COLOURS = 192
-REPLAY = ("replay.png", "mixed", "t=18")
-"""Name, mission and moment of the picture of the replay page."""
+REPLAYS = (
+    ("replay.png", "mixed", "t=18"),
+    ("replay-copter.png", "copter-columns", "t=10.1&plots=0"),
+)
+"""Name, mission and moment of pictures of the replay page."""
 WINDOW = (1240, 780)
 
 
@@ -101,8 +106,8 @@ def main() -> None:
     draw_pipeline(IMAGES / "pipeline.svg")
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)
-    name, mission, moment = REPLAY
-    show_page(mission, moment, IMAGES / name)
+    for name, mission, moment in REPLAYS:
+        show_page(mission, moment, IMAGES / name)
     for path in sorted(IMAGES.glob("*.png")):
         print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
 

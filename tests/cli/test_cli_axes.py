@@ -198,7 +198,9 @@ def test_the_sample_flight_is_flown_on_at_any_range(range_m: int, samples: Path)
     result = json.loads(done.stdout)
     assert {one["mode"] for one in result["scans"]} <= {"navigation", "avoidance"}
     assert result["vehicle"] == {"kind": "inertialess", "speed_mps": range_m / 10.0}
-    assert f"a multirotor of up to {range_m / 10.0:g} m/s is assumed; state yours" in told(done)
+    assert f"an inertialess one of up to {range_m / 10.0:g} m/s is assumed; state yours" in told(
+        done
+    )
 
 
 def test_a_plane_is_stated_and_what_it_lacks_is_told(samples: Path) -> None:
@@ -223,7 +225,7 @@ def test_the_vehicle_of_a_scene_and_of_one_moment(tmp_path: Path) -> None:
     assert "plane, 1 m/s" in clearway("assess", "scene.toml", "--no-plots", cwd=tmp_path).stdout
     wrong = clearway("assess", "scene.toml", "--vehicle", "boat", "--no-plots", cwd=tmp_path)
     assert wrong.exit_code == 2
-    assert "vehicle.kind: should be 'plane' or 'inertialess'" in told(wrong)
+    assert "vehicle.kind: should be 'plane', 'multirotor' or 'inertialess'" in told(wrong)
 
 
 def test_a_kind_alone_leaves_the_vehicle_where_it_was_recorded(tmp_path: Path) -> None:

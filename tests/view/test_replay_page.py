@@ -11,6 +11,8 @@ pytest.importorskip("mcap")
 from benchmarks.replay import flown as ten_minutes_flown
 from tools.browser import WINDOW, Browser, chromium
 
+from clearway.missions.setup import prepare
+from clearway.missions.world_file import read_mission
 from clearway.view.replay.page import page_of
 from clearway.view.replay.reading import read_run
 from clearway.view.replay.writing import write_mcap
@@ -445,3 +447,49 @@ def test_on_a_narrow_screen_the_time_line_has_the_whole_width(browser, address):
     finally:
         width, height = WINDOW
         browser.send("Emulation.setDeviceMetricsOverride", width=width, height=height, **size)
+
+
+def test_a_copter_shows_its_speed_sight_and_escape(tmp_path):
+    if chromium() is None:
+        pytest.skip("no Chromium to look at the page with")
+    setup = prepare(read_mission("copter-columns").changed("simulation", time_limit_s=4.4))
+    write_mcap(setup.fly(), setup, "", tmp_path / "run.mcap")
+    recording = read_run(tmp_path / "run.mcap")
+    made = recording.decisions[9]
+    page = tmp_path / "copter.html"
+    page.write_text(page_of(recording))
+    with Browser(tmp_path / "profile") as browser:
+        browser.open(f"{page.as_uri()}#t={made['time_s'] + 0.01}")
+        assert browser.complaints() == []
+        legend = browser.evaluate("document.getElementById('legend').innerText")
+        assert {"Flown: speed", "10.0 m/s", "escape, to rest", "seen to be free"} <= set(
+            legend.splitlines()
+        )
+        panel = browser.evaluate("document.getElementById('panel').innerText")
+        assert "9.0, 8.0, 10.0 m/s" in panel
+        assert made["speed"]["why"][1:] in panel
+        assert f"{made['sight']['ahead_m']:.1f} m" in panel
+        speeds = [speed_from(recording, at) for at in (0, len(recording.states) - 2)]
+        assert speeds[0] < 1.0 < 7.0 < speeds[1]
+        told = "[0, player.run.blocks.state_s.length - 2].map((at) => speedFrom(player.run, at))"
+        np.testing.assert_allclose(browser.evaluate(told), speeds, atol=0.6)
+        _, changed = scenes_of(browser)
+        assert (
+            changed(lambda: browser.evaluate("player.set('sight', false)"), "!player.stale") > 0.02
+        )
+        assert "sight=0" in browser.evaluate("location.hash")
+
+
+def speed_from(recording, at):
+    """Speed between a state and the next one."""
+    one, then = recording.states[at], recording.states[at + 1]
+    moved = np.subtract(then["position_m"], one["position_m"])
+    return float(np.linalg.norm(moved)) / (then["time_s"] - one["time_s"])
+
+
+def test_a_plane_has_neither_sight_nor_speeds_to_show(browser, address):
+    at(browser, address, "t=6")
+    assert browser.evaluate("SWITCHES.some(([name]) => name === 'sight')") is False
+    legend = browser.evaluate("document.getElementById('legend').innerText")
+    assert "Flown: speed" not in legend
+    assert "flown" in legend.splitlines()

@@ -157,6 +157,7 @@ def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Tak
         no_way_out=taken.banned,
         wind_mps=situation.wind_mps,
         long_range=None if rules.afar is None else rules.afar.told(choice.node),
+        ways=leaving.ways if leaving.planner.automaton.has_inertia else None,
     )
 
 

@@ -11,6 +11,7 @@ from clearway.avoidance.choose.chosen import Basis, Choice
 from clearway.avoidance.choose.from_here import FromHere
 from clearway.avoidance.choose.passing import Passing
 from clearway.avoidance.clear.hazards import Hazards
+from clearway.avoidance.escape.finder import WaysOut
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.plan.prepared import PreparedReachSet
@@ -18,6 +19,7 @@ from clearway.avoidance.plan.situation import CALM
 from clearway.avoidance.rate.fusion import CellAssessment
 from clearway.avoidance.rate.goal import Goal
 from clearway.avoidance.rate.reach_rating import ReachAssessment
+from clearway.avoidance.speed_choice import SpeedChoice, SpeedTerms, explain_speed
 from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
@@ -65,6 +67,9 @@ class Decision:
     under_way_s: float | None = None
     """What is left of the first movement, where a decision in the middle of one finds nothing
     better than to finish it and fly the way out; else None."""
+    ways: WaysOut | None = field(default=None, repr=False)
+    """What looked for escapes, of a vehicle with inertia: tells later why it was no faster. Past
+    decisions do not keep it."""
 
     @property
     def cells(self) -> CellAssessment:
@@ -140,6 +145,24 @@ class Decision:
         first = reach_set.path(self.choice.node)[0]
         begins = self.frame.world_points(reach_set.samples_m[first, -1:])
         return np.concatenate([begins, way.path_m])
+
+    @cached_property
+    def speed(self) -> SpeedChoice | None:
+        """Speeds of the plan and what limits them; None of a vehicle without inertia."""
+        if self.ways is None:
+            return None
+        return explain_speed(
+            SpeedTerms(
+                self.found_again.planner.automaton,
+                self.state,
+                self.movements,
+                self.choice,
+                self.escapes or self.under_way_s is not None,
+                self.ways,
+                self.no_way_out,
+                self.goal,
+            )
+        )
 
     @cached_property
     def frame(self) -> GridFrame:

@@ -130,11 +130,14 @@ def past(decision: Decision) -> Decision:
             PastHazards(decision.state.time_s, found.shapes, hazards.moving, hazards.left_out_m),
             PackedVoxels.of(decision.seen_m, planner.grid.range_m / VOXELS_IN_RANGE),
         )
+        speed = decision.speed
         decision = replace(
             decision,
             choice=_past_choice(decision.choice, grounds),
             way_out=_past_way(decision.way_out),
+            ways=None,
         )
+        decision.__dict__["speed"] = speed
     return decision
 
 

@@ -45,7 +45,9 @@ from clearway.traffic import (
 from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
 
-VehicleKind: TypeAlias = Literal["plane", "inertialess"]
+VehicleKind: TypeAlias = Literal["plane", "multirotor", "inertialess"]
+DEFAULT_MPS2 = 3.0
+"""Acceleration of a multirotor of which none is stated."""
 MOST_MOVEMENTS = 100
 """In a row; reach sets of more would not fit into memory."""
 FARTHEST_OUT = 10
@@ -83,16 +85,21 @@ class ReachSettings:
     """The reach set to rate."""
 
     kind: VehicleKind = "plane"
-    """Of the vehicle: "plane" keeps its speed, "inertialess" can stop."""
+    """Of the vehicle: "plane" keeps its speed, "multirotor" accelerates and brakes, "inertialess"
+    changes its speed at once."""
     method: str = "flying"
     tuning: Mapping[str, float] = field(default_factory=dict)
     """Of the method, as `build_reach_set` takes it."""
     start_pitch_rad: float | None = None
     """None for the automaton's start pitch that is nearest to the vehicle's."""
     speed_mps: float | None = None
-    """None for one layer a movement."""
+    """None for one layer a movement; of a multirotor the greatest."""
     turn_step_deg: float = 15.0
     pitch_limit_deg: float = 30.0
+    now_mps: float | None = None
+    """Own speed ahead of a multirotor; None for its greatest."""
+    acceleration_mps2: float = DEFAULT_MPS2
+    """Greatest of a multirotor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +166,11 @@ class Scene:
             return self.timing.speed_mps
         near, far = self.grid.range_edges_m[[0, -1]]
         return float(far - near) / self.grid.layers
+
+    @property
+    def now_mps(self) -> float:
+        """Own speed ahead."""
+        return self.speed_mps if self.reach.now_mps is None else self.reach.now_mps
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,6 +278,10 @@ def situation_of(scene: Scene) -> Situation:
 
 def build_scene_automaton(scene: Scene) -> MovementAutomaton:
     """What the vehicle of its reach set can do; raises ClearwayError where no grid is for it."""
+    if scene.reach.kind == "multirotor":
+        return MovementAutomaton.multirotor(
+            speed_mps=scene.speed_mps, acceleration_mps2=scene.reach.acceleration_mps2
+        )
     movements = scene.grid.range_m / scene.speed_mps
     if movements > MOST_MOVEMENTS:
         raise ClearwayError(
@@ -291,6 +307,14 @@ def build_scene_automaton(scene: Scene) -> MovementAutomaton:
 def load_scene_reach_set(scene: Scene, notice: Notice | None = None) -> ReachSet:
     """The scene's reach set: from the user's cache where it is the one for flying."""
     settings, automaton = scene.reach, build_scene_automaton(scene)
+    if automaton.classes is not None:
+        if settings.method != "flying":
+            raise ClearwayError(
+                f"reach set: method {settings.method!r} is for vehicles without inertia; a "
+                'multirotor has "flying" alone'
+            )
+        library = ReachLibrary.load_or_build(automaton, scene.grid, notice=notice)
+        return library.reach_sets[automaton.classes.class_near(scene.now_mps, 0.0)]
     pitch = settings.start_pitch_rad
     wanted = float(scene.state.attitude_rad[1]) if pitch is None else pitch
     nearest = min(automaton.start_pitches_rad, key=lambda start: (abs(start - wanted), abs(start)))

@@ -113,8 +113,8 @@ def assess(
     vehicle: Annotated[
         str | None,
         typer.Option(
-            help="What flies: plane (keeps its speed) or multirotor (can stop); default: "
-            "multirotor for a scan of a file, else plane."
+            help="What flies: plane (keeps its speed), multirotor (accelerates and brakes) or "
+            "inertialess (stops at once); default: inertialess for a scan of a file, else plane."
         ),
     ] = None,
     speed: Annotated[

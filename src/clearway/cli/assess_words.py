@@ -35,8 +35,7 @@ def describe_assessment(assessment: SceneAssessment) -> str:
         (
             "reach set",
             f"{scene.reach.method}, {reach_set.nodes} nodes, {len(rated)} trajectories, "
-            f"{scene.reach.kind}, {scene.speed_mps:g} m/s, "
-            f"start pitch {np.degrees(reach_set.start_pitch_rad):.3g} deg (nose down)",
+            f"{scene.reach.kind}, {scene.speed_mps:g} m/s, {_start(assessment)}",
         ),
         (
             "rating",
@@ -45,6 +44,15 @@ def describe_assessment(assessment: SceneAssessment) -> str:
         ),
     ]
     return "\n".join(f"{name:<12}{text}" for name, text in lines)
+
+
+def _start(assessment: SceneAssessment) -> str:
+    """Where trajectories begin: at a pitch, or at a speed."""
+    scene = assessment.scene
+    if scene.reach.kind == "multirotor":
+        return f"flown at {scene.now_mps:g} m/s"
+    pitch_deg = np.degrees(assessment.reach_set.start_pitch_rad)
+    return f"start pitch {pitch_deg:.3g} deg (nose down)"
 
 
 def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:

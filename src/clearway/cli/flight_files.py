@@ -63,7 +63,7 @@ def draw_pictures(
     from clearway.base.give_back import give_back
     from clearway.sim import decided_by_clearway
     from clearway.studies.figures.flight_set import flight_figures, track_figures
-    from clearway.view.plot.flight import Margins
+    from clearway.view.plot.flight_curves import Margins
     from clearway.view.plot.style import house_style
 
     body = file.vehicle.body_radius_m

@@ -56,7 +56,8 @@ def assess(
     default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
     metres; intruders as reported, predicted to the time of the state. speed_mps: of the vehicle
     whose trajectories are rated; by default one layer a second. vehicle: "inertialess" (stops at
-    once) or "plane" (keeps its speed); by default the former for a scan of a file, else a plane.
+    once), "multirotor" (accelerates and brakes) or "plane" (keeps its speed); by default the first
+    for a scan of a file, else a plane.
     settings: of decisions, looked at more finely here. notice: called with sentences about what
     was assumed or prepared.
 

@@ -111,6 +111,12 @@ def _system(
     scene: Scene, lidar: Lidar, states: list[State], start_s: float, notice: Notice | None
 ) -> AvoidanceSystem:
     automaton = build_scene_automaton(scene)
+    if automaton.has_inertia:
+        raise InputError(
+            "vehicle.kind",
+            "a recording does not tell how fast a multirotor was at each scan: rate one scan of it "
+            '(--at), or play it with kind = "inertialess"',
+        )
     rating = scene.rating
     settings = AvoidanceSettings(
         rating=rating.rating,

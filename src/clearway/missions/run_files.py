@@ -12,6 +12,7 @@ import numpy as np
 
 from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.plan.held_escape import WayOut
+from clearway.avoidance.speed_choice import Sight, SpeedChoice
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.json_values import rounded
 from clearway.live import FlightDecision
@@ -99,6 +100,27 @@ def _afar(choice: LongRangeChoice) -> dict[str, Any]:
     }
 
 
+def _speed(speed: SpeedChoice) -> dict[str, Any]:
+    """Speeds of a plan, and what limits them."""
+    return {
+        "now_mps": rounded(speed.now_mps),
+        "next_mps": rounded(speed.next_mps),
+        "plan_mps": [rounded(each) for each in speed.plan_mps],
+        "greatest_mps": rounded(speed.greatest_mps),
+        "limit": speed.limit.name.lower(),
+        "why": str(speed.limit),
+    }
+
+
+def _sight(sight: Sight) -> dict[str, Any]:
+    """How far space was seen to be free, all round and ahead, and the speed that allows."""
+    return {
+        "ahead_m": rounded(sight.ahead_m),
+        "cap_mps": rounded(sight.cap_mps),
+        "free_m": [rounded(each) for each in sight.free_m.tolist()],
+    }
+
+
 def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
     decision, choice, mode = flight.decision, flight.decision.choice, flight.mode_state
     movements_to = decision.prepared.reach_set.movements_to
@@ -119,6 +141,8 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "way_out": _way_out(decision.way_out),
         "no_way_out": list(decision.no_way_out),
         **({"tube_m": _list(decision.tube_m)} if decision.tube_m.any() else {}),
+        **({} if decision.speed is None else {"speed": _speed(decision.speed)}),
+        **({} if entry.sight is None else {"sight": _sight(entry.sight)}),
         "margin_asked_m": rounded(decision.margin_m),
         "margin_kept_m": rounded(choice.margin_m),
         "side": str(choice.side),

@@ -200,6 +200,6 @@ def note_vehicle(file: SceneFile, speed_mps: float) -> tuple[str, ...]:
 def describe_assumed_vehicle(speed_mps: float, kind_key: str, speed_key: str) -> str:
     """Return what is assumed of the vehicle of a recording, and what states another one."""
     return (
-        f"vehicle: a multirotor of up to {speed_mps:g} m/s is assumed; state yours with {kind_key} "
-        f"and {speed_key}"
+        f"vehicle: an inertialess one of up to {speed_mps:g} m/s is assumed; state yours with "
+        f"{kind_key} and {speed_key}"
     )

@@ -44,8 +44,9 @@ class SceneVehicleSection(Section):
     """`[vehicle]`: what it is, and its pose in the world, where the grid is too."""
 
     kind: VehicleKind | None = None
-    """A plane keeps its speed and cannot hover; a multirotor can stop. Default: multirotor where
-    [scan] names a file, else plane. Its speed, turns and steepest pitch stand in [reach_set]."""
+    """A plane keeps its speed and cannot hover; a multirotor accelerates and brakes; an inertialess
+    vehicle changes its speed at once. Default: inertialess where [scan] names a file, else plane.
+    Its speed, turns and steepest pitch stand in [reach_set]."""
     position_m: Place | None = None
     """World frame; default: as the recording says, else the origin."""
     attitude_deg: Attitude | None = None
@@ -208,11 +209,15 @@ class SceneReachSetSection(Section):
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
     """Nose down positive; default: the start pitch nearest to the vehicle's."""
     speed_mps: float | None = Field(default=None, gt=0.0, le=FASTEST_MPS)
-    """Default: one layer a movement of 1 s."""
+    """Default: one layer a movement of 1 s. Of a multirotor the greatest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
-    """Turn in one movement."""
+    """Turn in one movement; a multirotor turns as its acceleration allows."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, le=90.0)
-    """Steepest pitch, up and down."""
+    """Steepest pitch, up and down; a multirotor climbs by 2 m/s and sinks by 1.5."""
+    now_mps: float | None = Field(default=None, ge=0.0, le=FASTEST_MPS)
+    """Of a multirotor, own speed ahead; default: its greatest."""
+    acceleration_mps2: float | None = Field(default=None, gt=0.0)
+    """Of a multirotor, greatest acceleration in any direction; default 3."""
 
     @model_validator(mode="after")
     def _tuning_belongs(self) -> Self:
@@ -272,9 +277,19 @@ class SceneFile(Section):
             raise ValueError(f"scan.simulate.obstacles: no obstacle {bad}; valid indices: {valid}")
         return self
 
+    @model_validator(mode="after")
+    def _speeds_suit_the_kind(self) -> Self:
+        if self.vehicle_kind != "multirotor":
+            for name in ("now_mps", "acceleration_mps2"):
+                if getattr(self.reach_set, name) is not None:
+                    raise ValueError(f'reach_set.{name}: only of [vehicle] kind = "multirotor"')
+        elif self.reach_set.method != "flying":
+            raise ValueError('reach_set.method: a multirotor has "flying" alone')
+        return self
+
     @property
     def vehicle_kind(self) -> VehicleKind:
-        """What the vehicle is: as stated, else a multirotor for a file's scan, else a plane."""
+        """As stated, else one that can stop for a file's scan, else a plane."""
         if self.vehicle is not None and self.vehicle.kind is not None:
             return self.vehicle.kind
         return "inertialess" if self.records_a_flight else "plane"

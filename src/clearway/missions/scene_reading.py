@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from clearway.avoidance.scene import (
+    DEFAULT_MPS2,
     RatingSettings,
     ReachSettings,
     Scene,
@@ -191,6 +192,8 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
         speed_mps=section.speed_mps,
         turn_step_deg=section.turn_step_deg,
         pitch_limit_deg=section.pitch_limit_deg,
+        now_mps=section.now_mps,
+        acceleration_mps2=section.acceleration_mps2 or DEFAULT_MPS2,
     )
 
 

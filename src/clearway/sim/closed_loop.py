@@ -14,10 +14,11 @@ from typing import Generic
 
 import numpy as np
 
+from clearway.avoidance.speed_choice import measure_sight_from
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live import AvoidanceSystem, Reading
+from clearway.live import AvoidanceSystem, FlightDecision, Reading
 from clearway.live.mission import Progress, advanced, news_in_m
 from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -199,7 +200,13 @@ class _Flight(Generic[D]):
         if why is None or (self.settings.faults.silent_at(now) and self._can_fly_on()):
             return None
         flight = self.system.decide(now)
-        return LoggedDecision(flight, why, time.perf_counter() - started)
+        elapsed_s = time.perf_counter() - started
+        if not isinstance(flight, FlightDecision):
+            return LoggedDecision(flight, why, elapsed_s)
+        # Asked now, since later scans change it.
+        ways = flight.decision.ways
+        sight = measure_sight_from(self.system.planner, flight.state, ways)
+        return LoggedDecision(flight, why, elapsed_s, sight)
 
     def _can_fly_on(self) -> bool:
         """Whether there is something to fly without a decision."""

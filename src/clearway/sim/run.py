@@ -9,6 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeGuard
 import numpy as np
 
 from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.speed_choice import Sight
 from clearway.base.brief import brief, in_brief, one_line
 from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
@@ -33,6 +34,8 @@ class LoggedDecision(Generic[D]):
     why_now: str
     elapsed_s: float
     """From the sensor's arrays in hand to the explained decision."""
+    sight: Sight | None = None
+    """What was seen to be free around; None of a vehicle without inertia."""
 
     __repr__ = brief
 

@@ -34,6 +34,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.reach.escapes.legs import LEG_SAMPLES, Legs
 from clearway.reach.escapes.library import EscapeLibrary
+from clearway.sensors.observed.seen_space import SeenSpace
 
 STANDING = np.zeros(4)
 """The pose of a decision in its own level frame."""
@@ -96,6 +97,16 @@ class WaysOut:
     def can_stop(self) -> bool:
         """Whether the vehicle can stay where it is."""
         return self.library.automaton.can_stop
+
+    @property
+    def seen(self) -> SeenSpace:
+        """What was seen to be free; later scans change it."""
+        return self._terms.seen
+
+    @property
+    def shunned(self) -> tuple[int, ...]:
+        """Movements that were found to come nearer to unobserved space than there is need for."""
+        return tuple(movement for movement, keeps in self._aloof.items() if not keeps)
 
     @property
     def margin_m(self) -> float:

@@ -26,6 +26,8 @@ def explanation(
         f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}",
         str(choice.basis),
     ]
+    if decision.speed is not None:
+        parts.insert(1, decision.speed.in_words)
     if choice.basis is Basis.EMERGENCY:
         parts.insert(
             0,

@@ -14,14 +14,10 @@ from clearway.sim import Run, decided_by_clearway
 from clearway.sim.pilot import Steering
 from clearway.studies.figures.comparison import draw_tracks
 from clearway.view.plot.assessment import assessment_figures
-from clearway.view.plot.flight import (
-    Margins,
-    draw_obstacle_distance,
-    draw_snapshot,
-    draw_tracking,
-    snapshot_decisions,
-)
+from clearway.view.plot.flight import draw_snapshot, snapshot_decisions
+from clearway.view.plot.flight_curves import Margins, draw_obstacle_distance, draw_tracking
 from clearway.view.plot.notebook import for_notebooks
+from clearway.view.plot.speed_flight import draw_speed_flight, draw_speed_moment, has_speeds
 from clearway.view.plot.traffic import draw_collision_distance, draw_traffic, first_detection
 
 
@@ -50,7 +46,14 @@ def draw_flight(
     title = title or f"{name}: " + ("the whole flight" if at_s is None else f"at {at_s:g} s")
     if run.intruder_tracks:
         return for_notebooks(draw_traffic(run, index, title, world))
-    return for_notebooks(draw_snapshot(run, index, title))
+    return for_notebooks(_draw(run, index, title))
+
+
+def _draw(run: Run, index: int | None, title: str) -> Figure:
+    """A moment of a flight, or all of it; of a vehicle with inertia by its speed."""
+    if not has_speeds(run):
+        return draw_snapshot(run, index, title)
+    return draw_speed_flight(run, title) if index is None else draw_speed_moment(run, index, title)
 
 
 def _last_decision(run: Run, at_s: float) -> int:
@@ -74,7 +77,7 @@ def flight_figures(
     for number, index in enumerate(snapshots, start=1):
         when = run.decisions[index].flight.time_s
         title = f"{name}: approach {number} at {when:.1f} s"
-        yield f"snapshot-{number}", draw_snapshot(run, index, title)
+        yield f"snapshot-{number}", _draw(run, index, title)
     detected = first_detection(run)
     if detected is not None:
         when = run.decisions[detected].flight.time_s
@@ -84,7 +87,7 @@ def flight_figures(
         yield "traffic", draw_traffic(run, None, whole, world, kept_out)
         yield "collision-distance", draw_collision_distance(run)
     else:
-        yield "flight", draw_snapshot(run, None, f"{name}: the whole flight")
+        yield "flight", _draw(run, None, f"{name}: the whole flight")
     telling = detected if detected is not None else next(iter(snapshots), None)
     if telling is not None:
         yield from _panels(run, telling).items()

@@ -293,7 +293,7 @@ def _share(during: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> str:
 
 
 def _draw_crash_distance(flight: Flight) -> Figure:
-    from clearway.view.plot.flight import Margins, draw_obstacle_distance
+    from clearway.view.plot.flight_curves import Margins, draw_obstacle_distance
 
     margins = Margins(flight.run.safety_margin_m, flight.adaptive_m, flight.conservative_m)
     return draw_obstacle_distance(flight.run, margins)
@@ -322,6 +322,6 @@ def _tracking(flight: Flight) -> Exhibit:
 
 
 def _draw_tracking(flight: Flight) -> Figure:
-    from clearway.view.plot.flight import draw_tracking
+    from clearway.view.plot.flight_curves import draw_tracking
 
     return draw_tracking(flight.run)

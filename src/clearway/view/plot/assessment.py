@@ -26,7 +26,7 @@ from clearway.live import FlightDecision
 from clearway.reach.tree import ReachSet
 from clearway.view.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
 from clearway.view.plot.notebook import for_notebooks
-from clearway.view.plot.space import frame_space, name_height
+from clearway.view.plot.space import Limits, frame_space, name_height, within
 
 PASSABLE = LinearSegmentedColormap.from_list(
     "passable", ["#a50026", "#f46d43", "#f5c25b", "#a6cde3", "#4a98c9", "#2155a0"]
@@ -35,6 +35,8 @@ OBSTACLES = LinearSegmentedColormap.from_list(
     "obstacles", ["#c3ccd1", "#f7c79c", "#ef8a62", "#b2182b", "#5d0018"]
 )
 VISIBLE = LinearSegmentedColormap.from_list("visible", ["#2d3463", "#7f86b5", "#ded5a4"])
+FLAT = 0.5
+"""Height of a box in space, as a share of its depth, below which it is flat."""
 MOST_POINTS = 3000
 
 
@@ -196,7 +198,8 @@ def draw_panels(
     draw_reach_set(reach_set, node_values, space, quantity)
     inside = points_m[grid.cell_of(points_m) >= 0]
     near = inside[:: max(1, len(inside) // MOST_POINTS)]
-    space.plot(*near.T, ".", color=POINT_COLOR, markersize=2.0)
+    shown = near[within(near, _limits_of(space))]
+    space.plot(*shown.T, ".", color=POINT_COLOR, markersize=2.0)
     _draw_lines(space, view, grid.range_m)
     space.set_title(caption, fontsize=11, y=0.93)
     draw_cells(right, grid, quantity, near, view)
@@ -219,7 +222,7 @@ def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
     color = "" if view.border is None else view.border.color
     lines = [(line.points_m, line.style, line.color, line.width) for line in view.lines]
     lines += [(edge, "-", color, 1.0) for edge in edges]
-    low, high = np.transpose([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    low, high = _limits_of(axes)
     for points, style, line_color, width in lines:
         near = points[np.linalg.norm(points, axis=1) <= range_m]
         rim = cased(width)
@@ -228,11 +231,17 @@ def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
     _set_limits(axes, low, high)
 
 
+def _limits_of(axes: Axes3D) -> Limits:
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    return low, high
+
+
 def _set_limits(axes: Axes3D, low: FloatArray, high: FloatArray) -> None:
     """One scale on all axes."""
-    # Labels of a wide box need more room.
+    # Labels of a wide box and of a flat one need more room.
     size = high - low
-    frame_space(axes, (low, high), zoom=0.92 if size[1] <= 1.2 * size[0] else 0.82)
+    slim = size[1] <= 1.2 * size[0] and size[2] > FLAT * size[0]
+    frame_space(axes, (low, high), zoom=0.92 if slim else 0.82)
 
 
 def draw_reach_set(

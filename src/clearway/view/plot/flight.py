@@ -1,4 +1,4 @@
-"""Pictures of a flight: snapshots, distances, coordinates (figs. 6.14-6.17, 6.21, 6.22).
+"""Pictures of a flight in space, from above and from the side (figs. 6.14-6.17).
 
 Executed path blue, planned path red, way out in hand dashed, field of view dashed black, waypoints
 green squares, what the sensors have seen so far as dots: the paper's legend.
@@ -7,7 +7,6 @@ green squares, what the sensors have seen so far as dots: the paper's legend.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +17,6 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.sim import LoggedDecision, Run
-from clearway.sim.pilot import Steering
 from clearway.view.plot.space import (
     Limits,
     clip_line,
@@ -29,7 +27,6 @@ from clearway.view.plot.space import (
     stacked_views,
     within,
 )
-from clearway.view.plot.speed_track import draw_columns, draw_speed, speeds_mps
 from clearway.view.plot.style import halo
 
 EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
@@ -44,17 +41,6 @@ SPACE_IN = 6.6
 """Inches across for the view in space."""
 ARC_POINTS = 12
 """In which an arc of the rim is drawn."""
-
-
-@dataclass(frozen=True, slots=True)
-class Margins:
-    """The three margins of fig. 6.21, in metres."""
-
-    safety_m: float
-    adaptive_m: float
-    """(6.15): six vehicle radii."""
-    conservative_m: float
-    """(6.14): two turning radii and two vehicle radii."""
 
 
 def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
@@ -115,23 +101,10 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     above, side = stacked_views(figure, panels[1], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
-    _colour_by_speed(figure, run, flown, above, side)
     handles, labels = above.get_legend_handles_labels()
     handles[0] = Line2D([], [], color=SEEN, marker="o", markersize=4, linestyle="none")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     return figure
-
-
-def _colour_by_speed(figure: Figure, run: Run, flown: FloatArray, above: Axes, side: Axes) -> None:
-    """The track in the colours of its speed, where that changes, among the columns that stand."""
-    draw_columns(above, run.world)
-    speeds = speeds_mps(run, len(flown))
-    if speeds is None or not len(speeds):
-        return
-    fastest = float(speeds.max())
-    lines = draw_speed(above, flown[:, [0, 1]], speeds, fastest)
-    draw_speed(side, flown[:, [0, 2]], speeds, fastest)
-    figure.colorbar(lines, ax=[above, side], label="speed (m/s)", shrink=0.7, pad=0.02)
 
 
 def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
@@ -267,68 +240,3 @@ def _draw_plane(
             annotation_clip=True,
             path_effects=halo(),
         )
-
-
-def draw_obstacle_distance(run: Run[Steering], margins: Margins) -> Figure:
-    """Distance to the nearest obstacle over time with the three margins (fig. 6.21)."""
-    figure = Figure(figsize=(10.0, 5.2), layout="constrained")
-    axes = figure.add_subplot()
-    distance = run.metrics.obstacle_distance_m
-    axes.plot(run.time_s, distance, color=EXECUTED, label="distance to the nearest obstacle")
-    lines = (
-        (margins.conservative_m, "conservative margin (6.14)", WAYPOINT),
-        (margins.adaptive_m, "adaptive margin (6.15)", "#d9a400"),
-        (margins.safety_m, "safety margin", PLANNED),
-    )
-    for value, label, color in lines:
-        axes.axhline(value, linestyle="--", color=color, label=f"{label}: {value:.2f} m")
-    if np.isfinite(distance).all():
-        lowest = int(np.argmin(distance))
-        label = f"nearest: {distance[lowest]:.2f} m at {run.time_s[lowest]:.1f} s"
-        axes.plot(run.time_s[lowest], distance[lowest], "o", color=EXECUTED, label=label)
-    finish_distances(axes, "distance (m)", f"{run.mission.name}: distance to obstacles")
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    return figure
-
-
-def finish_distances(axes: Axes, measured: str, title: str) -> None:
-    """Labels of axes that show distances over the time of a flight."""
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel(measured)
-    axes.set_ylim(bottom=0.0)
-    axes.set_title(title)
-    axes.grid(alpha=0.25)
-
-
-def draw_tracking(run: Run[Steering]) -> Figure:
-    """Coordinates over time against the straight lines between waypoints (fig. 6.22)."""
-    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    reached = np.array(run.progress.reached_s[: len(run.mission.waypoints_m)])
-    goals = run.mission.waypoints_m[: len(reached)]
-    times = np.concatenate([[run.time_s[0]], reached])
-    corners = np.concatenate([run.states[:1, :3], goals])
-    for axis, (axes, name) in enumerate(zip(panels, "xyz", strict=True)):
-        axes.plot(times, corners[:, axis], "--", color=WAYPOINT, label="straight between waypoints")
-        axes.plot(run.time_s, run.states[:, axis], color=EXECUTED, label="flown")
-        axes.plot(reached, goals[:, axis], "s", color=WAYPOINT, label="waypoint reached")
-        for number, (when, value) in enumerate(zip(reached, goals[:, axis], strict=True), start=1):
-            axes.annotate(
-                str(number),
-                (when, value),
-                xytext=(6, 4),
-                textcoords="offset points",
-                color=WAYPOINT,
-            )
-        axes.set_ylabel(f"{name} (m)")
-        axes.grid(alpha=0.25)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
-    figure.align_ylabels(panels)
-    panels[-1].set_xlabel("time (s)")
-    tracking = run.metrics.tracking_m
-    figure.suptitle(
-        f"{run.mission.name}: coordinates against the straight legs\n"
-        f"off the legs by {tracking.mean():.2f} m on average, {tracking.max():.2f} m at most"
-    )
-    return figure

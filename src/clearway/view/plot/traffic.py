@@ -11,7 +11,8 @@ from clearway.obstacles.world import World
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.metrics import IntruderDistances
 from clearway.sim.pilot import Steering
-from clearway.view.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view, finish_distances
+from clearway.view.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
+from clearway.view.plot.flight_curves import finish_distances
 from clearway.view.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.view.plot.space import Limits, limits_around, stacked_views
 from clearway.view.plot.style import halo

@@ -22,6 +22,7 @@ SCRIPTS = (
     "craft.js",
     "renderer.js",
     "camera.js",
+    "speed.js",
     "scenery.js",
     "evidence.js",
     "ghost.js",

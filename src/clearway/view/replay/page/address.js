@@ -27,9 +27,10 @@ function keepAddress(player) {
   const kept = new URLSearchParams({ t: player.time.toFixed(2), colouring: show.colouring });
   if (show.which !== "telling") kept.set("which", show.which);
   if (show.pick !== "anything") kept.set("pick", show.pick);
-  for (const [name] of SWITCHES) if (!show[name]) kept.set(name, "0");
+  for (const [name] of SWITCHES) if (show[name] !== player.usual[name]) kept.set(name, show[name] ? "1" : "0");
   if (thing) kept.set("picked", `${thing.kind}:${thing.index}`);
-  if (document.body.classList.contains("with-plots")) kept.set("plots", "1");
+  const plots = document.body.classList.contains("with-plots");
+  if (plots !== player.usual.plots) kept.set("plots", plots ? "1" : "0");
   if (swapped()) kept.set("swap", "1");
   try { history.replaceState(null, "", `#${kept}`); } catch { /* Pages from files may not. */ }
 }

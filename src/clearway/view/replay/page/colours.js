@@ -8,6 +8,7 @@ const SCALES = {
   obstacle: ["#c3ccd1", "#f7c79c", "#ef8a62", "#b2182b", "#5d0018"].map(hex),
   visible: ["#2d3463", "#7f86b5", "#ded5a4"].map(hex),
   terrain: ["#7f9a78", "#a9b48a", "#cdbf97", "#b79c78", "#e6e1da"].map(hex),
+  speed: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"].map(hex),
   height: ["#4f6d7a", "#7a9e8e", "#c9bb8e", "#b98b6a"].map(hex),
 };
 
@@ -21,7 +22,7 @@ const COLOURS = {
   executed: hex("#1f5fbf"), ahead: hex("#a9bcd6"), planned: hex("#d62728"),
   waypoint: hex("#2e9e4f"), intruder: hex("#c2186b"), known: hex("#7b3fa0"),
   vehicle: hex("#12336b"), margin: hex("#5b8db8"), grid: hex("#c3ccd5"), stem: hex("#94a1ae"),
-  wayout: hex("#088c82"), nose: hex("#e8762c"), beside: hex("#7a4b12"), besidePlan: hex("#c79a52"),
+  wayout: hex("#088c82"), sight: hex("#5fbf7f"), nose: hex("#e8762c"), beside: hex("#7a4b12"), besidePlan: hex("#c79a52"),
   picked: hex("#111111"), seen: hex("#a3281c"), before: hex("#c9a69a"),
   ground: hex("#d9dbd6"), world: hex("#c9935f"), both: hex("#98a0a8"), map: hex("#7d8fd0"), rule: hex("#d9594c"),
 };

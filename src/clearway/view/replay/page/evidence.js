@@ -24,8 +24,8 @@ class EvidenceView {
     }
     if (decision === this.at) return;
     this.at = decision;
-    this.renderer.drop(this.plan, this.wayOut, this.tube);
-    this.plan = this.wayOut = this.tube = null;
+    this.renderer.drop(this.plan, this.wayOut, this.tube, this.sight, this.rim);
+    this.plan = this.wayOut = this.tube = this.sight = this.rim = null;
     if (decision < 0) return;
     const { position_m: origin, attitude_rad: attitude } = this.run.decisions[decision];
     this.model = placed(origin, [0, attitude[1], attitude[2]]);
@@ -33,7 +33,13 @@ class EvidenceView {
     this.plan = this.renderer.lines(ends, colours);
     const { tube_m: tube } = this.run.decisions[decision];
     if (tube?.length) this.tube = this.renderer.mesh(pipe(this.run.pathOf(decision), tube));
-    const out = dashed(this.run.pathOf(decision, "way_out_mm"), COLOURS.wayout);
+    if (this.run.decisions[decision].sight) {
+      const { mesh, rim } = sightFan(this.run.decisions[decision]), edge = strip(rim, COLOURS.sight);
+      this.sight = this.renderer.mesh(mesh);
+      this.rim = this.renderer.lines(edge.ends, edge.colours);
+    }
+    const out = dashed(this.run.pathOf(decision, "way_out_mm"), COLOURS.wayout,
+      hasSpeeds(this.run) ? 2 * this.run.mission.body_radius_m : 0);
     this.wayOut = out.ends.length ? this.renderer.lines(out.ends, out.colours) : null;
     this.paintReach(decision);
   }
@@ -144,6 +150,18 @@ class EvidenceView {
     if (show.reach && this.reach) this.renderer.drawLines(this.reach.lines, 1.3, { model });
     if (show.wayout && this.wayOut) this.renderer.drawLines(this.wayOut, 4);
     if (show.plan && this.plan) this.renderer.drawLines(this.plan, 4);
+  }
+
+  // What was seen to be free, and where the escape comes to rest.
+  drawSight(show) {
+    if (this.at < 0 || !hasSpeeds(this.run)) return;
+    const end = this.run.pathOf(this.at, "way_out_mm").at(-1), size = this.run.mission.body_radius_m;
+    if (show.wayout && end) {
+      this.renderer.drawMesh(this.ball, placed(end, [0, 0, 0], size), [...COLOURS.wayout, 0.9], false);
+    }
+    if (!show.sight || !this.sight) return;
+    this.renderer.drawLines(this.rim, 1.5);
+    this.renderer.drawMesh(this.sight, IDENTITY, [...COLOURS.sight, 0.28], false);
   }
 
   // Within how far of the plan the vehicle is to be expected.

@@ -1,6 +1,6 @@
 // Puts it together: what is shown, time that passes, keys, and the address, which keeps the moment.
 
-const SWITCHES = [["reach", "reach set"], ["plan", "plan"], ["wayout", "way out"], ["points", "points"],
+const SWITCHES = [["sight", "sight"], ["reach", "reach set"], ["plan", "plan"], ["wayout", "way out"], ["points", "points"],
   ["intruders", "intruders"], ["obstacles", "obstacles"], ["margin", "margin"], ["names", "names"],
   ["follow", "follow"]];
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];
@@ -32,8 +32,13 @@ class Player {
     this.frameMs = [];
     this.show = { colouring: run.blocks.cells ? "obstacle" : "none", which: "telling", pick: "anything", reach: true,
       plan: true, wayout: true, points: true, intruders: true, obstacles: true, margin: true, names: true,
-      follow: true };
+      follow: true, sight: false };
+    // Without inertia there is no sight to switch. With it, what tells why it is so fast comes first.
+    if (hasSpeeds(run)) Object.assign(this.show, { colouring: "none", reach: false, points: false, sight: true });
+    else SWITCHES.shift();
+    this.usual = { ...this.show, plots: hasSpeeds(run) };
     this.makeControls();
+    if (hasSpeeds(run)) this.togglePlots();
     this.look("behind");
     this.readAddress();
     window.addEventListener("hashchange", () => this.readAddress());
@@ -84,7 +89,7 @@ class Player {
   set(name, value) {
     this.show[name] = value;
     if (this.boxes[name]) this.boxes[name].checked = value;
-    else document.getElementById(name).value = value;
+    else if (name !== "sight") document.getElementById(name).value = value;
     drawLegend(this.show, this.run, this.ghost);
     this.stale = true;
     this.keepAddress();
@@ -142,9 +147,9 @@ class Player {
 
   look(name) {
     const { camera, run, scenery } = this, heading = this.way();
-    const range = run.mission.grid.range_edges_m.at(-1);
+    const range = run.mission.grid.range_edges_m.at(-1) * (hasSpeeds(run) ? 0.4 : 1);
     const views = {
-      behind: { yaw: heading - 0.35, down: 0.48, distance: 2.1 * range },
+      behind: { yaw: heading - 0.35, down: hasSpeeds(run) ? 0.75 : 0.48, distance: 2.1 * range },
       side: { yaw: heading + Math.PI / 2, down: 0.12, distance: 2.2 * range },
       top: { yaw: Math.PI / 2, down: Math.PI / 2, distance: 2.4 * range },
       all: { yaw: heading - 0.6, down: 0.75, distance: 1 },
@@ -238,6 +243,7 @@ class Player {
     evidence.drawPoints(show);
     evidence.drawLines(show);
     scenery.drawSheer(show, state);
+    evidence.drawSight(show);
     evidence.drawTube(show);
     evidence.drawMovers(show, time);
     evidence.drawCells(show, renderer.eye);

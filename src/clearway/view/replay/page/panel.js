@@ -70,8 +70,10 @@ class Panel {
   show(time, state, number) {
     const [obstacle, intruder] = this.run.distancesAt(time), margin = this.run.mission.margin_m;
     const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(0)}°`;
+    const speed = hasSpeeds(this.run)
+      ? [["speed", figure(speedFrom(this.run, this.run.between(time).at), "m/s", 1)]] : [];
     const pairs = [
-      ["time", `${time.toFixed(1)} s`],
+      ["time", `${time.toFixed(1)} s`], ...speed,
       ["position x, y, z", state.position.map((value) => value.toFixed(1)).join(", ") + " m"],
       ["heading, climb", `${degrees(Math.atan2(Math.sin(state.attitude[2]), Math.cos(state.attitude[2])))}, `
         + degrees(-state.attitude[1])],
@@ -115,7 +117,7 @@ class Panel {
       element("p", "", "", [element("span", made.mode, `mode ${made.mode}`), ` ${goal}`]),
       element("p", `Why now: ${made.why_now}.`, "soft"),
       ...(made.why_mode ? [element("p", modeInWords(made), "soft")] : []),
-      element("p", inWords(made.movements)),
+      element("p", inWords(made.movements)), ...speedWords(made),
     ];
     parts.push(...(made.basis === undefined ? [element("p", made.explanation)] : this.reasons(made)));
     const left = Object.entries(made.data_left_out ?? {});
@@ -139,7 +141,8 @@ class Panel {
       ["cost", figure(made.cost_m, "m", 1)],
       ["scan age", figure(made.scan_age_s, "s", 2)],
       ["computed in", figure(made.elapsed_ms, "ms", 2)],
-    ]), element("h2", "Why this one"), element("p", made.explanation.split("; ").slice(2).join("; "))];
+    ]), element("h2", "Why this one"), element("p", made.explanation.split("; ")
+      .filter((part) => !made.speed || !part.startsWith("speed ")).slice(2).join("; "))];
     const counts = Object.entries(made.ruled_out_by).map(([cause, n]) => `${n} by ${cause}`);
     parts.push(element("p", `${made.candidates} candidates, ${made.below_threshold} below the `
       + `rating's threshold${counts.length ? `; ruled out: ${counts.join(", ")}` : ""}.`, "soft"));
@@ -191,10 +194,12 @@ function drawLegend(show, run, ghost) {
   };
   if (coding && run.blocks.cells) bar(`Cells: ${coding.title}`, coding.scale, coding.ends);
   if (show.reach && run.blocks.reach_of) bar("Reach set: rating P_R", "passable", ["0 blocked", "1 safe"]);
+  if (hasSpeeds(run)) bar("Flown: speed", "speed", ["0", `${greatestSpeed(run).toFixed(1)} m/s`]);
   const known = new Set(run.mission.obstacles.map((one) => one.known));
   const things = [
-    ["flown", "executed", true, true], ["plan", "planned", true, show.plan],
-    ["way out in hand", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
+    ["flown", "executed", true, !hasSpeeds(run)], ["plan", "planned", true, show.plan],
+    [hasSpeeds(run) ? "escape, to rest" : "way out in hand", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
+    ["seen to be free", "sight", false, show.sight && hasSpeeds(run)],
     ["way to fly", "waypoint", true, true], ["margin", "margin", false, show.margin],
     ["points known", "seen", false, show.points && run.seen],
     ["seen before", "before", false, show.points && run.seen],

@@ -5,6 +5,9 @@ const alertOf = (made) => Math.max(ALERTS.indexOf(made.traffic?.level ?? "none")
 
 // Curves of the plots: what a decision has of each; `beside` asks the margin as a dashed line.
 const LANES = [
+  { name: "speed", unit: "m/s", of: (made) => made.speed?.now_mps ?? null, colour: "#1f5fbf",
+    beside: (made) => made.sight?.cap_mps ?? null, top: greatestSpeed, asked: "#088c82", tall: 2, ramp: true,
+    note: "dashed: fastest that stops within sight" },
   { name: "clearance of the plan", unit: "m", of: (made) => made.clearance_m ?? null,
     beside: (made) => made.margin_asked_m ?? null, colour: "#4f5b67" },
   { name: "cost", unit: "m", of: (made) => made.cost_m ?? null, colour: "#1f5fbf" },
@@ -18,7 +21,9 @@ class Plots {
     this.canvas = document.getElementById("plots");
     this.readout = document.getElementById("readout");
     this.lanes = LANES.filter(({ of }) => run.decisions.some((made) => (of(made) ?? 0) !== 0));
-    this.canvas.style.height = `${this.lanes.length * 44}px`;
+    this.tops = [0];  // Where each lane begins, and the last one ends.
+    for (const { tall = 1 } of this.lanes) this.tops.push(this.tops.at(-1) + 44 * tall);
+    this.canvas.style.height = `${this.tops.at(-1)}px`;
     this.background = document.createElement("canvas");
     for (const canvas of [this.canvas, document.getElementById("timeline")]) {
       canvas.addEventListener("pointermove", (event) => this.under(event, canvas));
@@ -71,18 +76,20 @@ class Plots {
     pen.fillRect((time - start) / Math.max(end - start, 1e-6) * width - scale, 0, 2 * scale, height);
   }
 
-  drawLane({ name, unit: measure, of, beside, most: given, colour }, at, width, scale) {
-    const pen = this.background.getContext("2d"), high = 44 * scale, { run, ghost } = this;
+  drawLane({ name, unit: measure, of, beside, most: given, colour, top: highest, asked: paint, note,
+    ramp }, at, width, scale) {
+    const pen = this.background.getContext("2d"), { run, ghost } = this;
+    const [begins, ends] = [this.tops[at], this.tops[at + 1]].map((edge) => edge * scale), high = ends - begins;
     const values = run.decisions.map(of), room = 13 * scale;
     const asked = beside ? Math.max(...run.decisions.map((made) => beside(made) ?? 0)) : 0;
     const finite = values.filter((one) => one !== null);
-    const most = given ?? (beside && asked > 0 ? 5 * asked : Math.max(...finite, 1e-9));
+    const most = given ?? highest?.(run) ?? (beside && asked > 0 ? 5 * asked : Math.max(...finite, 1e-9));
     const place = (time) => (time - run.start) / Math.max(run.end - run.start, 1e-6) * width;
-    const level = (value) => (at + 1) * high - 3 * scale - Math.min(value / most, 1) * (high - room - 4 * scale);
+    const level = (value) => ends - 3 * scale - Math.min(value / most, 1) * (high - room - 4 * scale);
     pen.fillStyle = at % 2 ? "#f4f6f8" : "#fbfcfd";
-    pen.fillRect(0, at * high, width, high);
-    const curve = (of_one, one, paint, dashes, shift = (time) => time) => {
-      pen.strokeStyle = paint;
+    pen.fillRect(0, begins, width, high);
+    const curve = (of_one, one, drawn, dashes, shift = (time) => time, sloped = false) => {
+      pen.strokeStyle = drawn;
       pen.lineWidth = 1.4 * scale;
       pen.setLineDash(dashes.map((dash) => dash * scale));
       pen.beginPath();
@@ -90,17 +97,18 @@ class Plots {
         const value = of_one(made), from = place(shift(made.time_s));
         if (value === null) return;
         pen.moveTo(from, level(value));
-        pen.lineTo(place(shift(one.decisions[number + 1]?.time_s ?? one.end)), level(value));
+        const next = one.decisions[number + 1], then = sloped && next ? of_one(next) ?? value : value;
+        pen.lineTo(place(shift(next?.time_s ?? one.end)), level(then));
       });
       pen.stroke();
       pen.setLineDash([]);
     };
-    if (beside) curve(beside, run, "#a86a6a", [4, 4]);
+    if (beside) curve(beside, run, paint ?? "#a86a6a", [4, 4]);
     if (ghost) curve(of, ghost.run, css(COLOURS.beside), [2, 2], (time) => time - ghost.run.start + run.start);
-    curve(of, run, colour, []);
+    curve(of, run, colour, [], undefined, ramp);
     pen.fillStyle = "#39444f";
     pen.font = `${10.5 * scale}px system-ui, sans-serif`;
     const top = name === "alert" ? ALERTS.at(-1) : `${Number(most.toPrecision(2))} ${measure}`;
-    pen.fillText(`${name}, up to ${top}`, 5 * scale, at * high + 10.5 * scale);
+    pen.fillText(`${name}, up to ${top}${note ? `; ${note}` : ""}`, 5 * scale, begins + 10.5 * scale);
   }
 }

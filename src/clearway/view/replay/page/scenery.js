@@ -46,12 +46,12 @@ class Scenery {
     const hidden = (one) => this.terrain && one.name === "ground";
     const shown = this.run.mission.obstacles.filter((one) => wanted(one) && !hidden(one));
     const detail = [8, 5, 3].find((_, at) => shown.length <= [20, 80, 300][at]) ?? 2;
-    return this.renderer.mesh(merged(shown.map((one) => {
+    return this.renderer.mesh(cutAt(merged(shown.map((one) => {
       const half = [0, 1, 2].map((axis) => (one.size_m[axis] ?? 0) / 2);
       const wide = Math.min(half[0], half[1]) > 2 * this.extent.range;
       return { mesh: roundedBox(half, one.radius_m, detail), position: one.position_m,
         attitude: one.orientation_rad, colour: [...COLOURS[wide ? "ground" : one.known], 1] };
-    })));
+    })), cutHeight(this.run)));
   }
 
   surveyedPoints() {
@@ -74,7 +74,7 @@ class Scenery {
   path(rgb) {
     const { state } = this.run.blocks, places = [];
     for (let at = 0; at < state.length; at += 6) places.push([...state.subarray(at, at + 3)]);
-    const { ends, colours } = strip(places, rgb);
+    const { ends, colours } = hasSpeeds(this.run) ? speedStrip(this.run, places) : strip(places, rgb);
     return this.renderer.lines(ends, colours);
   }
 
@@ -129,7 +129,9 @@ class Scenery {
     const { at, share } = this.run.between(time);
     this.renderer.drawLines(this.executed, 3, { count: at });
     const from = this.run.blocks.state.subarray(6 * at, 6 * at + 3);
-    if (share > 0 || at > 0) this.drawLine([...from], state.position, COLOURS.executed, 3);
+    const paint = hasSpeeds(this.run) ? onScale(SCALES.speed, speedFrom(this.run, at) / greatestSpeed(this.run))
+      : COLOURS.executed;
+    if (share > 0 || at > 0) this.drawLine([...from], state.position, paint, 3);
     this.renderer.drawLines(this.executed, 1.5, { first: at + 1, tint: [1.6, 1.5, 1.2, 0.28] });
     this.drawStem(state.position);
     // As large as the body, but never too small to be seen.
