@@ -37,6 +37,9 @@ SPEED_STEPS = {"Brake": -2, "Brake-Half": -1, "Keep": 0, "Accelerate-Half": 1, "
 """Change of the speed in steps, by name: two steps take the whole acceleration."""
 TURNS = {"": 0.0, "Left": 1.0, "Left-Half": 0.5, "Right-Half": -0.5, "Right": -1.0}
 """Share of the turn that the acceleration allows, by name."""
+SLIGHT_TURNS = {"Left-Slight": 0.2, "Right-Slight": -0.2}
+"""Of what turns on the spot, besides: a way between two trees asks for one course."""
+SLIGHT = frozenset(SLIGHT_TURNS.values())
 CLIMBS = {"Down": -1, "": 0, "Up": 1}
 """Rate of climb at the end of a movement, by name."""
 CLIMB_SHARE = 0.8
@@ -122,7 +125,7 @@ class _Lattice:
                 for climb_name, climb in CLIMBS.items():
                     name = "-".join(part for part in (speed_name, turn_name, climb_name) if part)
                     listed.append((name, steps, turn, climb))
-        return listed
+        return listed + [(f"Keep-{name}", 0, turn, 0) for name, turn in SLIGHT_TURNS.items()]
 
     def class_of(self, speed: int, climb: int) -> int:
         """The class of a number of speed and a climb -1, 0 or 1."""
@@ -145,7 +148,7 @@ class _Lattice:
         fastest = float(max(self.speeds[begin], self.speeds[end]))
         if fastest == 0.0:
             return share * float(min(by_yaw, WIDEST_TURN_RAD))
-        if lateral < LEAST_LATERAL * most or begin == 0:
+        if lateral < LEAST_LATERAL * most:
             return None
         return share * float(min(lateral * lasts_s / fastest, by_yaw, WIDEST_TURN_RAD))
 
@@ -169,6 +172,8 @@ class _Lattice:
                 for name, steps, share, then in self.asked:
                     end = begin + steps
                     if not 0 <= end < len(self.speeds) or abs(then - climb) > 1:
+                        continue
+                    if begin > 0 and share in SLIGHT:
                         continue
                     lateral = self.lateral_mps2((begin, climb), (end, then))
                     if lateral is None:
@@ -196,7 +201,7 @@ def build_copter(limits: CopterLimits) -> tuple[tuple[Movement, ...], ClassTable
     >>> from clearway.vehicle.copter import CopterLimits, build_copter
     >>> movements, classes = build_copter(CopterLimits(speed_mps=5.0))
     >>> len(movements), classes.speed_mps.max()
-    (76, 5.0)
+    (78, 5.0)
     """
     lattice = _Lattice(limits)
     names = (HOLD, *(name for name, *_ in lattice.asked))

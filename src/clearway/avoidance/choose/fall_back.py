@@ -21,6 +21,8 @@ from clearway.avoidance.plan.prepared import PreparedReachSet
 
 SHORTER = (0.25, 0.125, 0.0625)
 """Shares of the time for which ways out that drift are verified, where none lasts half of it."""
+MOST = 0.9
+"""Share of the movements from rest that a place too near to something is left by."""
 TO_AND_FRO = 8
 """Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
 of a turn each needs for a whole one."""
@@ -118,8 +120,10 @@ class FallBack:
 
     def _no_nearer(self, stays: Taken) -> Taken | None:
         """What leads on from a place that noise has brought too near to something, and comes no
-        nearer: who stays there because nothing keeps the whole margin, stays for ever."""
+        nearer: who stays there because nothing keeps the whole margin, stays for ever. Who moves off
+        has a wider tube than who stands: by so much its paths may seem to."""
         near_m, way = stays.choice.clearance_m, stays.way_out
+        near_m -= self._wider_m(near_m)
         ways, full_m = self.ways, self.ways.margin_m
         if way is None or not 0.0 < near_m < full_m or not ways.stands(way):
             return None
@@ -135,6 +139,16 @@ class FallBack:
                 return Taken(choice, leaves, stays.banned)
             allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
         return None
+
+    def _wider_m(self, near_m: float) -> float:
+        """By how much the tube of most movements from rest is wider than at rest, as far as the
+        body leaves room."""
+        prepared, planner = self.leaving.prepared, self.leaving.planner
+        if not planner.automaton.has_inertia:
+            return 0.0
+        first = prepared.paths.sagitta_m[prepared.reach_set.parent < 0]
+        wider_m = float(np.quantile(first, MOST) - first.min())
+        return min(wider_m, max(near_m - planner.settings.body_radius_m, 0.0))
 
     def _beside_intruders(self, taken: Taken) -> Taken | None:
         """What keeps away best from intruders that leave no margin, of all that leaves a way out
