@@ -24,8 +24,9 @@ from clearway.vehicle.class_table import ClassTable
 
 ARRIVAL_MPS = 0.8
 """Speed at which a vehicle may still come to its last goal: it brakes within the reach radius."""
-TOO_FAST = 0.7
-"""Cost of being too fast for the goal beside that of being too slow."""
+TOO_SLOW, TOO_FAST = 0.5, 0.7
+"""How much speed counts that is lacking at an end, and that is too much, beside what it takes to
+turn. Lacking speed counts for less than it takes to gain: else a plan waits to start at its end."""
 EFFORT_S = 0.15
 """Time that a movement's effort counts as, times the cost weight of turns."""
 CLIMBING, CHANGES_CLIMB, TURNS, CHANGES = 0.7, 1.0, 0.5, 0.3
@@ -191,7 +192,7 @@ def _time_to_turn(speed: float, off: float, wanted: float, able: SpeedAbilities)
     most = able.acceleration_mps2
     ahead = speed * np.cos(off)
     lateral2 = speed * speed - ahead * ahead
-    lacks = wanted - ahead if wanted > ahead else TOO_FAST * (ahead - wanted)
+    lacks = TOO_SLOW * (wanted - ahead) if wanted > ahead else TOO_FAST * (ahead - wanted)
     # Slowly, the nose turns no faster than on the spot.
     slow = max(0.0, 1.0 - speed * able.turn_rps / most)
     return float(
