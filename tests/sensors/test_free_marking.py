@@ -8,10 +8,10 @@ import pytest
 from clearway.base.state import State
 from clearway.sensors import Lidar, Scan
 from clearway.sensors.beams.pattern import BeamPattern
-from clearway.sensors.observed.free_marking import COLUMNS, ROWS, mark
+from clearway.sensors.observed.free_marking import COLUMNS, ROWS, go_by, mark, nearest_about
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.free_voxels import is_marked, pack_voxels
-from clearway.sensors.observed.range_views import goes_by, shows_ball
+from clearway.sensors.observed.range_views import shows_ball
 from clearway.sensors.observed.seen_space import NOTHING_SEEN, is_place_free
 from clearway.sensors.range_sensor import LidarSensor
 
@@ -50,6 +50,7 @@ def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
     space, origin = seen_in(rng, seed, reach)
     views = space.seen.views
     slot = int(views.asked[0])
+    about = nearest_about(views, slot)
     free = pack_voxels(np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.bool_))
     low = np.array([-COLUMNS // 2, -COLUMNS // 2, -ROWS // 2])
     mark(free, low, VOXEL_M, reach, views, slot)
@@ -58,7 +59,7 @@ def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
     steps = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
     voxels, said = np.floor(origin / VOXEL_M).astype(np.int64) + steps, 0
     for voxel in voxels:
-        says = goes_by(views, slot, *((voxel + 0.5) * VOXEL_M).tolist())
+        says = go_by(views, slot, about, *((voxel + 0.5) * VOXEL_M).tolist())
         assert is_marked(free, *voxel.tolist()) == says, voxel
         said += says
     assert int(np.unpackbits(free.view(np.uint8)).sum()) == said
