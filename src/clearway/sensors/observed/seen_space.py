@@ -33,7 +33,7 @@ class SeenSpace(NamedTuple):
     """What was seen to be free."""
 
     free: UInt64s3
-    """[columns, columns, rows / WORD] a bit each, 1 where a beam went by the middle of a voxel: an
+    """[columns, columns, rows / WORD] a bit each, 1 where all beams about a voxel's middle went on: an
     index of what views may show, no answer. A voxel of the world lies at its number modulo columns
     and rows, which are powers of two."""
     window: Floats
