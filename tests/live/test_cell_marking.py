@@ -63,7 +63,8 @@ def test_a_cell_is_seen_where_most_of_its_eighths_are_free(seed: int, per_cell: 
         begin = (low + cell) * per_cell
         if (begin < free_low).any() or (begin + per_cell > last).any():
             continue
-        eighths = begin + per_cell // 4 * (1 + 2 * np.indices((2, 2, 2)).reshape(3, 8).T)
+        ends = np.array([per_cell // 4, per_cell - 1 - per_cell // 4])
+        eighths = begin + ends[np.indices((2, 2, 2)).reshape(3, 8).T]
         u, v, w = eighths.T
         bits = free[u % 32, v % 32, w % 128 // 64] >> (w % 64).astype(np.uint64)
         wanted[tuple(cell)] = int(np.sum(bits & np.uint64(1))) >= 4

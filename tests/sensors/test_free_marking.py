@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from clearway.base.state import State
-from clearway.sensors import Lidar, Scan
+from clearway.obstacles.obstacle import Obstacle
+from clearway.obstacles.obstacle_map import ObstacleMap
+from clearway.sensors import Lidar, Scan, simulate_scan
 from clearway.sensors.beams.pattern import BeamPattern
-from clearway.sensors.observed.free_marking import COLUMNS, ROWS, mark
+from clearway.sensors.observed.free_marking import COLUMNS, ROWS, go_by, mark, nearest_about
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.free_voxels import is_marked, pack_voxels
-from clearway.sensors.observed.range_views import goes_by, shows_ball
+from clearway.sensors.observed.range_views import shows_ball
 from clearway.sensors.observed.seen_space import NOTHING_SEEN, is_place_free
 from clearway.sensors.range_sensor import LidarSensor
+from worlds_for_tests import LIDAR
 
 VOXEL_M = 0.3
 
@@ -50,6 +53,7 @@ def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
     space, origin = seen_in(rng, seed, reach)
     views = space.seen.views
     slot = int(views.asked[0])
+    about = nearest_about(views, slot)
     free = pack_voxels(np.zeros((COLUMNS, COLUMNS, ROWS), dtype=np.bool_))
     low = np.array([-COLUMNS // 2, -COLUMNS // 2, -ROWS // 2])
     mark(free, low, VOXEL_M, reach, views, slot)
@@ -58,7 +62,7 @@ def test_every_voxel_is_marked_that_says_so(seed: int) -> None:
     steps = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
     voxels, said = np.floor(origin / VOXEL_M).astype(np.int64) + steps, 0
     for voxel in voxels:
-        says = goes_by(views, slot, *((voxel + 0.5) * VOXEL_M).tolist())
+        says = go_by(views, slot, about, *((voxel + 0.5) * VOXEL_M).tolist())
         assert is_marked(free, *voxel.tolist()) == says, voxel
         said += says
     assert int(np.unpackbits(free.view(np.uint8)).sum()) == said
@@ -77,3 +81,18 @@ def test_where_a_view_shows_a_ball_as_wide_as_a_voxel_the_index_says_so(seed: in
             assert is_place_free(seen, *place)
             shown += 1
     assert shown or seed % 4 != 0
+
+
+def test_behind_a_wall_nothing_is_noted_though_returns_get_lost() -> None:
+    """By it routes are planned: pixels between beams, and lost returns, tell nothing of a wall."""
+    wall = ObstacleMap([Obstacle.cuboid([6.5, 0.0, 0.0], (1.0, 40.0, 40.0))])
+    space = FreeSpace(VOXEL_M, np.zeros(3), reach_m=10.0)
+    for second in range(20):
+        state = State(np.array([0.05 * second, 0.0, 0.0]), time_s=float(second))
+        scan = simulate_scan(LIDAR, wall, state, seed=second)
+        space.take(LidarSensor(LIDAR), scan, state)
+    rng = np.random.default_rng(0)
+    behind = rng.uniform([7.5, -4.0, -2.0], [9.0, 4.0, 2.0], (2000, 3))
+    before = rng.uniform([3.0, -1.5, -1.0], [5.0, 1.5, 1.0], (2000, 3))
+    assert np.mean([is_place_free(space.seen, *place) for place in behind.tolist()]) < 0.01
+    assert np.mean([is_place_free(space.seen, *place) for place in before.tolist()]) > 0.95

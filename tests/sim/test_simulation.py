@@ -60,13 +60,7 @@ def test_waypoints_anywhere_are_reached(waypoint, radius):
     assert flown(EMPTY, there, settings={"escape": "known"}).reached
 
 
-LOW_WALL = pytest.param(
-    "wide low wall",
-    marks=pytest.mark.xfail(reason="ways of the route field lead along the wall", strict=True),
-)
-
-
-@pytest.mark.parametrize("wall", [*(each for each in WALLS if each != "wide low wall"), LOW_WALL])
+@pytest.mark.parametrize("wall", WALLS)
 def test_walls_are_flown_round(wall):
     # Ways out through seen space alone lead along the wide one, not over it, in that time.
     settings = {"escape": "off"} if wall == "wide low wall" else {}

@@ -55,8 +55,8 @@ class DynamicObjectSettings:
     """How far off the next scan looks for a body."""
     returns: int = 5
     """Fewest returns of a body."""
-    scans: int = 3
-    """Fewest scans that must show it."""
+    scans: int = 2
+    """Fewest scans that must show it: what moves proves so by beams, not by its track."""
     share: float = 0.6
     """Share of its returns that beams must prove moved."""
     window_s: float = 4.0

@@ -58,7 +58,9 @@ def fit_motion(sightings: Sequence[Sighting]) -> FittedMotion:
     widths = np.array([s.half_width_m for s in sightings])
     radius = float(widths.max()) + min(s.half_spacing_m for s in sightings)
     centers = np.array([s.center_m(radius) for s in sightings])
-    lacking = widths.max() - widths
+    # Half of a ball is as wide as all of it, but thinner.
+    thicknesses = np.array([s.half_thickness_m for s in sightings])
+    lacking = np.hypot(widths.max() - widths, thicknesses.max() - thicknesses)
     weights = 1.0 / (np.array([s.std_m for s in sightings]) ** 2 + lacking**2)
     end_s = sightings[-1].time_s
     times = np.array([s.time_s for s in sightings]) - end_s

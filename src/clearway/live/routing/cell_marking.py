@@ -12,7 +12,7 @@ from clearway.sensors.observed.free_voxels import WORD, is_marked
 
 @compiled
 def mark_seen(seen: Bools3, free: UInt64s3, free_low: Ints, low: Ints, per_cell: int) -> None:
-    """Mark cells [nx, ny, nz] most of which was seen to be free, by the middles of their eighths.
+    """Mark cells [nx, ny, nz] most of which was seen to be free, by a voxel of each eighth.
 
     free, free_low: of a `SeenSpace`. low: [3] number of the lowest cell, `per_cell` voxels wide.
     """
@@ -40,9 +40,10 @@ def mark_seen(seen: Bools3, free: UInt64s3, free_low: Ints, low: Ints, per_cell:
 def _is_any_free(free: UInt64s3, u: int, v: int, per_cell: int) -> bool:
     """Whether anything is free in what stands for the cells above each other from a voxel on."""
     last, quarter = free.shape[0] - 1, per_cell // 4
+    other = per_cell - 1 - quarter  # As far from the other side, whichever way the world is turned.
     anything = np.uint64(0)
-    for i in (u + quarter, u + 3 * quarter):
-        for j in (v + quarter, v + 3 * quarter):
+    for i in (u + quarter, u + other):
+        for j in (v + quarter, v + other):
             for word in range(free.shape[2]):
                 anything |= free[np.uint64(i & last), np.uint64(j & last), word]
     return bool(anything != 0)
@@ -51,9 +52,10 @@ def _is_any_free(free: UInt64s3, u: int, v: int, per_cell: int) -> bool:
 @compiled
 def _is_mostly_free(free: UInt64s3, u: int, v: int, w: int, per_cell: int) -> bool:
     quarter, count = per_cell // 4, 0
-    for i in (u + quarter, u + 3 * quarter):
-        for j in (v + quarter, v + 3 * quarter):
-            for k in (w + quarter, w + 3 * quarter):
+    other = per_cell - 1 - quarter
+    for i in (u + quarter, u + other):
+        for j in (v + quarter, v + other):
+            for k in (w + quarter, w + other):
                 count += is_marked(free, i, j, k)
     return count >= 4
 

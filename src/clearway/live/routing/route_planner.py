@@ -158,14 +158,19 @@ class RoutePlanner:
 
 
 def route_cells_for(
-    width_m: float, away_m: float, lowest_m: float, highest_m: float, layer_m: float
+    width_m: float,
+    away_m: float,
+    lowest_m: float,
+    highest_m: float,
+    layer_m: float,
+    most_layers: int = MOST_LAYERS,
 ) -> RouteCells:
     """Return the cells for targets `away_m` from the vehicle at most.
 
     Layers lie between two heights, about `layer_m` apart, and one where these are no farther apart.
     """
     span = max(highest_m - lowest_m, 0.0)
-    layers = min(1 + int(span / layer_m + 0.5), MOST_LAYERS)
+    layers = min(1 + int(span / layer_m + 0.5), most_layers)
     along = ALONG if layers == 1 else ALONG_LAYERED
     half_m = (0.5 - 1.0 / ROLL_WITHIN) * along * width_m
     levels = 1

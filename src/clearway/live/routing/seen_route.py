@@ -34,6 +34,9 @@ BEGINS = 2.0
 MOST_LOOKED, MOST_GREEDILY = 66_000, 30_000
 """Cells that a search looks at, all of a window of the usual size; and a second one, in a wide
 window where that was not enough. After both any way is taken."""
+APART = 1e-6
+"""Share of its price by which a way to the left costs more than its like to the right: else of two
+that cost the same the order of cells would decide, and with it where north lies."""
 GREEDY = 8.0
 """Times that what is left to the goal counts in the second."""
 
@@ -168,6 +171,7 @@ def _cheapest(
     a, b, c = int(start[0]), int(start[1]), int(start[2])
     ga, gb, gc = int(goal[0]), int(goal[1]), int(goal[2])
     beyond = ga < 0 or gb < 0 or ga >= nx or gb >= ny
+    toward = ga - start[0], gb - start[1], float(nx + ny + nz)
     barred = not beyond and price[ga, gb, gc] == np.inf
     bound = cheapness(price, ga, gb, gc, ENDS_BESIDE * np.sqrt(3.0) if barred else 0.0)
     best[a, b, c], came[a, b, c] = 0.0, -1
@@ -210,6 +214,8 @@ def _cheapest(
                     if price[u, v, w] == np.inf:
                         there_price = BARRED
                     cost = spent + 0.5 * length * (here_price + there_price)
+                    aside = _to_the_left(u - start[0], v - start[1], w - start[2], toward)
+                    cost += APART * length * aside
                     if cost < best[u, v, w]:
                         best[u, v, w] = cost
                         came[u, v, w] = here
@@ -226,6 +232,17 @@ def _cheapest(
         way[n, 0], way[n, 1], way[n, 2] = at // (nz * ny), (at // nz) % ny, at % nz
         at = came[at // (nz * ny), (at // nz) % ny, at % nz]
     return way, looked
+
+
+@compiled
+def _to_the_left(x: float, y: float, z: float, toward: tuple[float, float, float]) -> float:
+    """Number from 0 to 1 of a cell: by how far it lies to the left of the straight way, farther on
+    and up, all of them told apart. toward: of the goal, and cells along all sides."""
+    level = max(np.hypot(toward[0], toward[1]), 1.0)
+    ahead = (x * toward[0] + y * toward[1]) / level
+    left = (y * toward[0] - x * toward[1]) / level
+    most = toward[2]
+    return float(0.5 + (left * (0.25 + 0.125 * ahead / most) + 0.0625 * z) / most)
 
 
 @compiled

@@ -13,6 +13,7 @@ from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
 from clearway.live.routing.route_map import turning_room_m
 from clearway.live.routing.route_planner import (
+    MOST_LAYERS,
     SLOW,
     WIDE,
     RoutePlanner,
@@ -28,6 +29,8 @@ MOST = 0.9
 fits, a way leads nowhere."""
 BESIDE_M = 3.0
 """How far above and below the heights of the mission ways round are looked for, at least."""
+LAYERS_BY_WAYS = 14
+"""Layers at most where ways alone are made, now and then."""
 LAYER_M = 1.5
 """From one layer of cells to the next, at least."""
 VERTICAL = 2.0
@@ -61,12 +64,19 @@ def route_planner_for(
     turning_m = turning_room_m(planner.automaton)
     goals = np.concatenate([mission.start.position_m[None], mission.goals_m])
     low, high = float(goals[:, 2].min()), float(goals[:, 2].max())
-    beside_m = 0.0 if planner.automaton.stays_level else max(BESIDE_M, turning_m)
+    beside_m = max(BESIDE_M, turning_m)
+    if planner.automaton.stays_level:
+        beside_m = 0.0
+    elif not planner.automaton.has_inertia:
+        beside_m = max(beside_m, planner.grid.range_m)
     lowest_m = max(low - beside_m, min(settings.lowest_m, low))
     highest_m = min(high + beside_m, max(settings.highest_m, high))
     away_m = float(np.ptp(goals[:, :2], axis=0).max()) + planner.grid.range_m
     width_m = max(OF_MARGIN * settings.safety_margin_m, OF_TURN * turning_m)
-    cells = route_cells_for(width_m, away_m, lowest_m, highest_m, max(LAYER_M, width_m))
+    most_layers = MOST_LAYERS if planner.automaton.has_inertia else LAYERS_BY_WAYS
+    cells = route_cells_for(
+        width_m, away_m, lowest_m, highest_m, max(LAYER_M, width_m), most_layers
+    )
 
     def mapped(places_m: FloatArray, within_m: float) -> FloatArray:
         assert obstacle_map is not None

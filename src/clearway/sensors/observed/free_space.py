@@ -11,8 +11,9 @@ nothing behind it, nor does one whose way through the sensor's blind range nobod
 obstacles are declared to be columns, a beam clears what lies above and below it too.
 
 Each scan becomes a range view; the latest and keyframes are asked. Voxels are their index: they
-note where a beam went by, for as long as the window holds them. What sensors of one's own say
-passes, and what lies above and below a level plane, is known by whole voxels alone.
+note where all beams about their middle went on, for as long as the window holds them. What sensors
+of one's own say passes, and what lies above and below a level plane, is known by whole voxels
+alone.
 """
 
 from __future__ import annotations

@@ -245,18 +245,14 @@ def may_show(views: RangeViews, slot: int, x: float, y: float, z: float, radius:
 
 
 @compiled
-def goes_by(views: RangeViews, slot: int, x: float, y: float, z: float) -> bool:
-    """Whether the one pixel in which a place lies goes on beyond it: whatever a view shows does."""
-    v = np.uint64(slot)
-    pose = views.pose
-    dx, dy, dz = x - pose[v, 9], y - pose[v, 10], z - pose[v, 11]
-    distance = np.sqrt(dx * dx + dy * dy + dz * dz)
-    a = pose[v, 0] * dx + pose[v, 3] * dy + pose[v, 6] * dz
-    b = pose[v, 1] * dx + pose[v, 4] * dy + pose[v, 7] * dz
-    c = pose[v, 2] * dx + pose[v, 5] * dy + pose[v, 8] * dz
-    if distance > views.limits[v, 1] or distance < views.limits[v, 0]:
-        return False
-    return not _is_hidden(views, slot, (a, b, c), distance + TINY, 100.0 * distance)
+def pixel_at(numbers: Floats, to: tuple[float, float, float], distance: float) -> int:
+    """The pixel of a direction of the sensor's frame; NONE where the image has none."""
+    row = int(np.floor((to[2] / distance - numbers[BOTTOM]) * numbers[PER_ROW]))
+    if row < 0 or row >= int(numbers[ROWS]):
+        return NONE
+    column = int(column_at(to[0], to[1], numbers[AROUND])) - int(numbers[FIRST])
+    columns = int(numbers[COLUMNS])
+    return NONE if column < 0 or column >= columns else row * columns + column
 
 
 @compiled
@@ -265,16 +261,9 @@ def _is_hidden(
 ) -> bool:
     """Whether the one pixel of a direction of the sensor's frame is none of the image, or ends
     sooner than need be."""
-    numbers = views.numbers[np.uint64(views.kind[slot])]
-    row = int(np.floor((to[2] / distance - numbers[BOTTOM]) * numbers[PER_ROW]))
-    if row < 0 or row >= int(numbers[ROWS]):
-        return True
-    column = int(column_at(to[0], to[1], numbers[AROUND])) - int(numbers[FIRST])
-    columns = int(numbers[COLUMNS])
-    if column < 0 or column >= columns:
-        return True
+    at = pixel_at(views.numbers[np.uint64(views.kind[slot])], to, distance)
     stride = len(views.pixels) // len(views.kind)
-    return bool(views.pixels[np.uint64(slot * stride + row * columns + column)] < need)
+    return at == NONE or bool(views.pixels[np.uint64(slot * stride + at)] < need)
 
 
 @compiled

@@ -33,9 +33,9 @@ class SeenSpace(NamedTuple):
     """What was seen to be free."""
 
     free: UInt64s3
-    """[columns, columns, rows / WORD] a bit each, 1 where a beam went by the middle of a voxel: an
-    index of what views may show, no answer. A voxel of the world lies at its number modulo columns
-    and rows, which are powers of two."""
+    """[columns, columns, rows / WORD] a bit each, 1 where all beams about the middle of a voxel
+    went on: an index of what views may show, no answer. A voxel of the world lies at its number
+    modulo columns and rows, which are powers of two."""
     window: Floats
     """[15] number of the lowest voxel of the window along each axis, voxels per metre, middle and
     radius of a ball of the world that the mission declares free, lowest and highest corner of the

@@ -22,8 +22,8 @@ from clearway.sensors.passing.passed_points import (
 
 DEPTH_OF_CENTER = 2.0 / 3.0
 """How far behind the mean of its returns the centre of a ball lies, in radii."""
-PRECISION = 0.6
-"""Standard deviation of a cluster's mean, in half beam spacings."""
+PRECISION = 1.35
+"""Standard deviation of a cluster's mean, in half beam spacings by the root of its returns."""
 SHAPELESS = 0.05
 """The same of the centre, in half widths: no body is quite a ball, nor seen from afar."""
 
@@ -99,13 +99,13 @@ def sight_bodies(
     sensor = frame.sensor
     points, spacing = returns_in_world(scan.points_m, sensor, sensor.max_range, float(ground_m))
     clusters = cluster_returns(points, spacing, sensor.origin, gap_m)
+    count = np.diff(clusters.start)
     fits = (
-        (np.diff(clusters.start) >= returns)
+        (count >= returns)
         & (clusters.half_width_m <= largest_m)
         & (clusters.depth_m <= 2.0 * largest_m)
         & (clusters.half_thickness_m > REACH_OF_BEAM * clusters.half_spacing_m)
     )
-    noise = lidar.sigma_m + state.position_std_m
     return [
         Sighting(
             frame,
@@ -118,8 +118,9 @@ def sight_bodies(
             float(
                 np.linalg.norm(
                     (
-                        noise,
-                        PRECISION * clusters.half_spacing_m[c],
+                        state.position_std_m,
+                        lidar.sigma_m / np.sqrt(count[c]),
+                        PRECISION * clusters.half_spacing_m[c] / np.sqrt(count[c]),
                         SHAPELESS * clusters.half_width_m[c],
                     )
                 )
