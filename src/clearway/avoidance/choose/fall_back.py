@@ -120,8 +120,8 @@ class FallBack:
 
     def _no_nearer(self, stays: Taken) -> Taken | None:
         """What leads on from a place that noise has brought too near to something, and comes no
-        nearer: who stays there because nothing keeps the whole margin, stays for ever. Who moves off
-        has a wider tube than who stands: by so much its paths may seem to."""
+        nearer: who stays there because nothing keeps the whole margin, stays for ever. What moves
+        off has a wider tube than what stands: by so much its paths may seem to."""
         near_m, way = stays.choice.clearance_m, stays.way_out
         near_m -= self._wider_m(near_m)
         ways, full_m = self.ways, self.ways.margin_m
