@@ -24,7 +24,7 @@ from clearway.vehicle.class_table import ClassTable
 
 ARRIVAL_MPS = 0.8
 """Speed at which a vehicle may still come to its last goal: it brakes within the reach radius."""
-TOO_SLOW, TOO_FAST = 0.5, 0.7
+TOO_SLOW, TOO_FAST = 0.35, 0.7
 """How much speed counts that is lacking at an end, and that is too much, beside what it takes to
 turn. Lacking speed counts for less than it takes to gain: else a plan waits to start at its end."""
 EFFORT_S = 0.15
@@ -32,10 +32,14 @@ EFFORT_S = 0.15
 CLIMBING, CHANGES_CLIMB, TURNS, CHANGES = 0.7, 1.0, 0.5, 0.3
 """Effort of a movement that climbs, that changes its rate of climb, of its widest turn, and of one
 unlike the movement before it."""
+STEEP, STEEP_S = 0.36, 0.3
+"""Slope from which a movement leads out of what most sensors see, and the time that it counts as
+longer: a copter that rises as it starts has nothing seen about it to brake in."""
 HEIGHT = 0.6
 """Share of the time that a height takes to climb that counts beside the time of the level way:
-both can be flown at once, but a climb that is put off comes at the end."""
-LATE = 0.3
+both can be flown at once, but a climb that is put off comes at the end. Of ways round too: what is
+above and below was seen less well than what is ahead."""
+LATE = 0.5
 """Weight of the mean over the ends of a chain's movements beside that of its end: of two that end
 alike, the one that gets on first is better. What is put off is put off at every decision."""
 LOOK_M, LOOKS = 1.0, 6
@@ -100,7 +104,11 @@ def time_flown_m(
         inner & (reach_set.movement != reach_set.movement[reach_set.parent])
     )
     took_s = reach_set.end_time_s - np.where(inner, reach_set.end_time_s[reach_set.parent], 0.0)
-    cost: FloatArray = automaton.fastest_mps * (took_s + EFFORT_S * prices.turn * effort)
+    ahead = np.maximum(classes.speed_mps[end], classes.speed_mps[before])
+    steep = np.abs(climbs) > STEEP * ahead
+    cost: FloatArray = automaton.fastest_mps * (
+        took_s + EFFORT_S * prices.turn * effort + STEEP_S * steep
+    )
     return cost
 
 
@@ -236,6 +244,8 @@ def _time_by_route(
         yaw = states[node, 5] + route.yaw_rad
         bearing = np.arctan2(dy, dx) if dx != 0.0 or dy != 0.0 else yaw
         off = (bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi
+        climb = able.climb_mps if target[2] > z else able.sink_mps
+        seconds += HEIGHT * abs(target[2] - z) / climb
         result[n] = seconds + leg + _time_to_turn(able.speed_mps[at[n]], off, wanted, able)
     return result
 
