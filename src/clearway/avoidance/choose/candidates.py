@@ -158,9 +158,11 @@ def price_candidates(
         make_weights(prices, before, prepared),
     )
     nodes, cost = candidates.nodes, candidates.cost_m
-    if before.stood > 1:
+    # What has inertia loses time by standing from the first such movement on.
+    stood = before.stood + 1 if planner.automaton.has_inertia else before.stood - 1
+    if stood > 0:
         first_m = reach_set.length_m[prepared.first_node[nodes]]
-        cost += IMPATIENCE * (before.stood - 1) * step_m * (first_m < STANDS * step_m)
+        cost += IMPATIENCE * stood * step_m * (first_m < STANDS * step_m)
     if prices.ahead > 0.0 and len(moving.radius_m):
         cost += prices.ahead * step_m * crossings_ahead(reach_set, moving)[nodes]
     if prices.closing > 0.0 and any(moving.manoeuvre_mps2.tolist()):
