@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from clearway.avoidance.choose.candidates import STANDING_IS_WANTED
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.plan.held_escape import Escape
@@ -200,7 +201,9 @@ class AvoidanceSystem:
             # Begun anew in the middle of a movement: what was held began elsewhere.
             commitment = replace(commitment, way_out=None, under_way=None)
         if self.progress.closed:
-            commitment = replace(commitment, stood=0, stays=True)  # Where nothing leads on.
+            commitment = replace(
+                commitment, stood=STANDING_IS_WANTED, stays=True
+            )  # Where nothing leads on.
         decision = decide(planner, situation, commitment=commitment)
         self._watch.decided_for(situation)
         picture = self._looked_at(situation)

@@ -40,6 +40,10 @@ class Side(StrEnum):
     STRAIGHT = "straight"
 
 
+STANDING_IS_WANTED = -1
+"""In place of how many decisions led nowhere: standing costs nothing."""
+
+
 @dataclass(frozen=True, slots=True)
 class Commitment:
     """What the last decision binds the next one to, lest it flip from side to side."""
@@ -64,8 +68,7 @@ class Commitment:
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
     stood: int = 0
-    """How many decisions in a row led nowhere, by movements that stand or turn on the spot; 0
-    where that is wanted."""
+    """How many decisions in a row led nowhere, by movements that stand or turn on the spot."""
     stays: bool = False
     """Whether a way out is flown on and on while it keeps the whole margin: no way leads on."""
     blind: bool = False

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.choose.candidates import Commitment
+from clearway.avoidance.choose.candidates import STANDING_IS_WANTED, Commitment
 from clearway.avoidance.choose.chosen import Basis
 from clearway.avoidance.choose.passing import Passing
 from clearway.avoidance.decide import decide
@@ -369,7 +369,10 @@ class Guardian:
             self.planner,
             self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
             commitment=Commitment(
-                passings=self._passings, way_out=held, had_certain=self._had_certain
+                stood=STANDING_IS_WANTED,
+                passings=self._passings,
+                way_out=held,
+                had_certain=self._had_certain,
             ),
         )
 

@@ -252,4 +252,4 @@ def _legend(figure: Figure, panels: tuple[Axes, ...]) -> None:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             handles.append(handle)
             labels.append(label)
-    figure.legend(handles, labels, loc="outside lower center", ncols=6, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
