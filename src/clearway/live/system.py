@@ -201,9 +201,8 @@ class AvoidanceSystem:
             # Begun anew in the middle of a movement: what was held began elsewhere.
             commitment = replace(commitment, way_out=None, under_way=None)
         if self.progress.closed:
-            commitment = replace(
-                commitment, stood=STANDING_IS_WANTED, stays=True
-            )  # Where nothing leads on.
+            # Where nothing leads on.
+            commitment = replace(commitment, stood=STANDING_IS_WANTED, stays=True)
         decision = decide(planner, situation, commitment=commitment)
         self._watch.decided_for(situation)
         picture = self._looked_at(situation)

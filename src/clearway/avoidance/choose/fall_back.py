@@ -21,8 +21,8 @@ from clearway.avoidance.plan.prepared import PreparedReachSet
 
 SHORTER = (0.25, 0.125, 0.0625)
 """Shares of the time for which ways out that drift are verified, where none lasts half of it."""
-MOST = 0.9
-"""Share of the movements from rest that a place too near to something is left by."""
+NARROWEST_M = 1e-3
+"""Wider tubes than that at rest are those of movements that gain speed."""
 TO_AND_FRO = 8
 """Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
 of a turn each needs for a whole one."""
@@ -141,13 +141,14 @@ class FallBack:
         return None
 
     def _wider_m(self, near_m: float) -> float:
-        """By how much the tube of most movements from rest is wider than at rest, as far as the
-        body leaves room."""
+        """By how much the tube of any movement that gains speed is wider than at rest, as far as
+        the body leaves room: no such path comes nearer by that."""
         prepared, planner = self.leaving.prepared, self.leaving.planner
         if not planner.automaton.has_inertia:
             return 0.0
         first = prepared.paths.sagitta_m[prepared.reach_set.parent < 0]
-        wider_m = float(np.quantile(first, MOST) - first.min())
+        wider_m = float(min(first[first > first.min() + NARROWEST_M], default=0.0) - first.min())
+        wider_m = max(wider_m, 0.0)
         return min(wider_m, max(near_m - planner.settings.body_radius_m, 0.0))
 
     def _beside_intruders(self, taken: Taken) -> Taken | None:
