@@ -5,16 +5,29 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.rate.route_field import Pace, RouteField, straight_time, time_to_go
+from clearway.avoidance.rules import Rule
+from clearway.avoidance.rules.airspace import keep_out, near_route
 from clearway.base.arrays import FloatArray
+from clearway.base.grid import AvoidanceGrid
+from clearway.base.state import State
+from clearway.live.mission import Mission
 from clearway.live.routing.field.clearance_speed import speeds_of
 from clearway.live.routing.field.known_space import PROVES_EVERY
 from clearway.live.routing.field.marching import BUCKET, begin_march, let_time_pass
 from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
+from clearway.live.routing.timed_route import known_besides
+from clearway.obstacles.obstacle import Obstacle
+from clearway.reach.store import ReachLibrary
+from clearway.vehicle.automaton import MovementAutomaton
 
 MARGIN_M = 0.4
 WIDTH_M = 0.4
 GAP_M = 0.25
+LIBRARY = ReachLibrary.build(
+    MovementAutomaton.multirotor(speed_mps=5.0), AvoidanceGrid.uniform(range_m=20.0)
+)
 STEADY = Pace(10.0, np.inf, 1.0, 4.0, 2.0)
 
 
@@ -223,15 +236,66 @@ def test_moving_along_changes_nothing_that_is_known() -> None:
         )
 
 
-def test_a_side_that_is_not_left_closes_the_way_round() -> None:
+def ruled(*rules: Rule, waypoint_m: tuple[float, float, float] = (20.0, 0.0, 1.0)) -> RoutePlanner:
+    """A route planner of a copter that keeps rules on a mission from the origin's height."""
+    start = State(np.array([0.0, 0.0, 1.0]))
+    mission = Mission("there", start, waypoints_m=np.array([waypoint_m]))
+    settings = RouteSettings(STEADY, MARGIN_M, 1.0, 30.0, 10.0, 1.2)
+    besides = known_besides(Planner.of(LIBRARY, rules=rules), mission, None)
+    return RoutePlanner(settings, route_cells_for(WIDTH_M, 100.0, 1.0, 1.0, 1.0), besides)
+
+
+def test_no_way_leads_where_a_rule_forbids_to_fly() -> None:
+    target, walls = np.array([20.0, 0.0, 1.0]), wall(8.0, -15.0, 12.0)
+    field, found = field_round(walls, target, ruled(near_route(18.0)))
+    assert found
+    assert seconds_at(field, np.array([0.0, 0.0, 1.0])) < 3.5, "round the nearer end"
+    closed = Obstacle.cuboid([8.0, 16.0, 1.0], (4.0, 9.0, 8.0))
+    field, found = field_round(walls, target, ruled(near_route(18.0), keep_out([closed])))
+    assert found
+    assert seconds_at(field, np.array([0.0, 0.0, 1.0])) > 3.5, "round the other end"
+    assert not field_round(walls, target, ruled(near_route(10.0)))[1]
+    late = keep_out([closed], from_s=100.0)
+    field, _ = field_round(walls, target, ruled(late))
+    assert seconds_at(field, np.array([0.0, 0.0, 1.0])) < 3.5
+
+
+def test_who_begins_where_a_rule_forbids_it_finds_a_way_back() -> None:
+    inside = Obstacle.cuboid([0.0, 0.0, 1.0], (6.0, 6.0, 8.0))
     target = np.array([20.0, 0.0, 1.0])
-    walls = wall(8.0, -20.0, 20.0)
-    assert field_round(walls, target, planner())[1]
-    bounded = planner()
-    bounded.settings = RouteSettings(
-        STEADY, MARGIN_M, 1.0, 20.0, 10.0, 1.2, south_m=-20.0, north_m=20.0
-    )
-    assert not field_round(walls, target, bounded)[1]
+    assert field_round(np.zeros((0, 3)), target, ruled(keep_out([inside])))[1]
+
+
+def test_another_route_is_kept_near_from_then_on() -> None:
+    of, aside = ruled(near_route(5.0)), np.array([0.0, 20.0, 1.0])
+    assert not field_round(np.zeros((0, 3)), aside, of)[1]
+    start = State(np.array([0.0, 0.0, 1.0]))
+    other = Mission("aside", start, waypoints_m=aside[None])
+    of.space.begin_anew(known_besides(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
+    assert field_round(np.zeros((0, 3)), aside, of)[1]
+
+
+def test_a_gap_before_which_nothing_comes_of_it_gives_way_to_another() -> None:
+    target, start = np.array([20.0, 0.0, 1.0]), np.array([6.0, 3.0, 1.0])
+    of = planner(slow_mps=2.0)
+    walls = np.concatenate([wall(8.0, -30.0, -4.0), wall(8.0, -2.0, 3.0), wall(8.0, 5.0, 30.0)])
+    of.take(start, walls)
+    _, _, before, _, _ = time_to_go(of.field(start, target)[0], *start.tolist())
+    assert before > 0.0, "through the gap beside it"
+    for now_s in np.arange(0.0, 40.0, 0.5):
+        of.in_vain.note(start, float(now_s), of.field(start, target)[0])
+    _, _, after, _, _ = time_to_go(of.field(start, target)[0], *start.tolist())
+    assert after < 0.0, "to the other one"
+
+
+def test_who_gets_on_has_found_no_way_in_vain() -> None:
+    target = np.array([20.0, 0.0, 1.0])
+    of = planner()
+    before, _ = field_round(wall(8.0, -3.0, 3.0), target, of)
+    for now_s in np.arange(0.0, 10.0, 0.5):
+        of.in_vain.note(np.array([now_s - 5.0, 0.0, 1.0]), float(now_s), before)
+    after, _ = field_round(wall(8.0, -3.0, 3.0), target, of)
+    assert np.array_equal(before.time_s, after.time_s)
 
 
 def nearest_to_legs(corners_m: FloatArray, points_m: FloatArray) -> float:
@@ -278,7 +342,7 @@ def test_when_cells_are_looked_at_makes_little_difference(seed: int) -> None:
     vehicle, target = np.array([0.0, 0.0, 1.2]), np.array([32.0, 3.0, 1.6])
     used.take(vehicle, (trees[:, None] + trunk).reshape(-1, 3))
     levels, clearance_m = used.space.levels, used.space.clearance_m
-    speed = speeds_of(levels, clearance_m, used._rule, (-np.inf, -np.inf, np.inf, np.inf))
+    speed = speeds_of(levels, clearance_m, used._rule)
     times = []
     for narrower in (1.0, 30.0):
         bucket_s = BUCKET * levels.width_m / pace.fastest_mps / narrower

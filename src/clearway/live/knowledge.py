@@ -34,7 +34,7 @@ from clearway.live.mission import Mission, Progress, advanced
 from clearway.live.routing.route_map import RouteMap
 from clearway.live.routing.route_maps import RouteMaps
 from clearway.live.routing.route_planner import RoutePlanner
-from clearway.live.routing.timed_route import route_planner_for
+from clearway.live.routing.timed_route import known_besides, route_planner_for
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
@@ -104,6 +104,13 @@ class Knowledge:
         if self.route_planner is not None:
             return self.route_planner
         return route_planner_for(self.planner, self.mission, self.obstacle_map)
+
+    def fly(self, mission: Mission, now_s: float) -> None:
+        """Take another mission, begun now by the own clock."""
+        self.mission, self.progress = mission, Progress(nearest_s=now_s)
+        if self.route_planner is not None or "known_routes" in self.__dict__:
+            besides = known_besides(self.planner, mission, self.obstacle_map)
+            self.known_routes.space.begin_anew(besides)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -313,6 +320,8 @@ class Knowledge:
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
         asked_m = float(self.planner.prepared_at(state).away_m.max())
         field, is_known = routes.field(place_m, self.progress.target(self.mission), asked_m)
+        if is_known:
+            routes.in_vain.note(place_m, state.time_s, field)
         return field if is_known else None
 
     def here(self, state: State, now: float) -> Here:

@@ -299,13 +299,13 @@ class AvoidanceSystem:
         """
         known = self._known
         radius = self.mission.reach_radius_m
-        known.mission = Mission(
+        mission = Mission(
             "a new goal",
             known.own_states.latest,
             waypoints_m=check_points("fly_to", place_m),
             reach_radius_m=radius,
         )
-        known.progress = Progress(nearest_s=known.clock.own(now_s))
+        known.fly(mission, known.clock.own(now_s))
         self._insistence = Insistence(self.planner) if self.escape.insists else None
         self.leave_plan()
 

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clearway.avoidance.clear.hazards import Hazards
 from clearway.avoidance.clear.verify import clearances, paths_of
-from clearway.avoidance.rules.rule import Rule, RuleView, Verdict
+from clearway.avoidance.rules.rule import Depth, Rule, RuleView, Verdict
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
@@ -23,8 +23,6 @@ from clearway.base.frames import FloatArray
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 
-Depth = Callable[[FloatArray], FloatArray]
-"""Places [n, 3], world frame -> metres [n] on the wrong side; 0 or less where all is well."""
 TOLERANCE = 1e-6
 """Share of the margin by which a limit may be missed."""
 PRICE_OF_DEPTH = 4.0
@@ -33,12 +31,12 @@ PRICE_OF_DEPTH = 4.0
 
 def altitude_floor(height_m: float) -> Rule:
     """Fly no lower than a height of the world frame."""
-    return Rule("altitude floor", _held(lambda at: height_m - at[:, 2], f"{height_m:g} m"))
+    return _held("altitude floor", lambda at, _: height_m - at[:, 2], f"{height_m:g} m")
 
 
 def altitude_ceiling(height_m: float) -> Rule:
     """Fly no higher than a height of the world frame."""
-    return Rule("altitude ceiling", _held(lambda at: at[:, 2] - height_m, f"{height_m:g} m"))
+    return _held("altitude ceiling", lambda at, _: at[:, 2] - height_m, f"{height_m:g} m")
 
 
 def near_route(half_width_m: float, price: float = 0.5) -> Rule:
@@ -57,7 +55,10 @@ def near_route(half_width_m: float, price: float = 0.5) -> Rule:
             return Verdict(f"{here:.1f} m off the route", None, pull)
         return replace(held, price_m=held.price_m + pull)
 
-    return Rule("near the route", verdict)
+    def depth(places_m: FloatArray, route_m: FloatArray) -> FloatArray:
+        return off_route_m(places_m, route_m) - half_width_m
+
+    return Rule("near the route", verdict, depth=depth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +99,11 @@ class GroundHeights:
 def terrain_clearance(ground: GroundHeights, height_m: float) -> Rule:
     """Fly at least a height above the ground; where its height is unknown, nothing is forbidden."""
 
-    def too_low(places: FloatArray) -> FloatArray:
+    def too_low(places: FloatArray, _: FloatArray) -> FloatArray:
         under = ground.under(places)
         return np.where(np.isnan(under), -np.inf, under + height_m - places[:, 2])
 
-    return Rule("terrain clearance", _held(too_low, f"{height_m:g} m above ground"))
+    return _held("terrain clearance", too_low, f"{height_m:g} m above ground")
 
 
 def keep_out(
@@ -128,19 +129,24 @@ def keep_out(
         ends = -charted.distance_m(np.ascontiguousarray(view.samples_m[:, -1]))
         return _beyond(view, deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
 
-    return Rule(f"keep out of {name}" if name else "keep-out volumes", verdict, tuple(volumes))
+    def depth(places_m: FloatArray, _: FloatArray) -> FloatArray:
+        return -charted.distance_m(places_m)
+
+    always = from_s == -np.inf and until_s == np.inf
+    about = f"keep out of {name}" if name else "keep-out volumes"
+    return Rule(about, verdict, tuple(volumes), depth if always else None)
 
 
-def _held(depth: Depth, limit: str) -> Callable[[RuleView], Verdict | None]:
-    """The verdict on trajectories by how deep they go; none while all of them are well."""
+def _held(name: str, depth: Depth, limit: str) -> Rule:
+    """The rule that judges trajectories by how deep they go; none while all of them are well."""
 
     def verdict(view: RuleView) -> Verdict | None:
         samples = view.samples_m
-        found = depth(samples.reshape(-1, 3)).reshape(samples.shape[:2])
-        here = float(depth(view.state.position_m[None])[0])
+        found = depth(samples.reshape(-1, 3), view.route_m).reshape(samples.shape[:2])
+        here = float(depth(view.state.position_m[None], view.route_m)[0])
         return _beyond_limit(view, found, here, limit)
 
-    return verdict
+    return Rule(name, verdict, depth=depth)
 
 
 def _beyond_limit(view: RuleView, found: FloatArray, here: float, limit: str) -> Verdict | None:

@@ -90,6 +90,8 @@ class Verdict:
 
 
 RuleFunction = Callable[[RuleView], Verdict | None]
+Depth = Callable[[FloatArray, FloatArray], FloatArray]
+"""(places [n, 3], route [points, 3]) -> metres [n] on the wrong side; 0 or less: all is well."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,8 @@ class Rule:
     verdict: RuleFunction
     volumes: tuple[Obstacle, ...] = ()
     """Places that it is about, for pictures."""
+    depth: Depth | None = None
+    """Of places where it always forbids to fly: ways round keep out of them. None for no such."""
 
 
 @dataclass(frozen=True)

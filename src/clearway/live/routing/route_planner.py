@@ -13,6 +13,7 @@ from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
 from clearway.live.routing.field.clearance_speed import SpeedRule, speeds_of
+from clearway.live.routing.field.in_vain import InVain
 from clearway.live.routing.field.known_space import (
     ROLL_WITHIN,
     BaseClearance,
@@ -60,10 +61,6 @@ class RouteSettings:
     slow_mps: float
     """Speed at the margin, which rises to the greatest at `wide_m`."""
     wide_m: float
-    west_m: float = -np.inf
-    south_m: float = -np.inf
-    east_m: float = np.inf
-    north_m: float = np.inf
 
 
 class RoutePlanner:
@@ -91,6 +88,7 @@ class RoutePlanner:
             POROUS * settings.pace.fastest_mps,
             EXACT_LEVELS,
         )
+        self.in_vain = InVain(settings.margin_m)
         self._last: RouteField | None = None
 
     def take(self, vehicle_m: FloatArray, points_m: FloatArray, complete_m: float = 0.0) -> bool:
@@ -107,8 +105,8 @@ class RoutePlanner:
         """
         settings, space = self.settings, self.space
         levels, pace = space.levels, settings.pace
-        sides = (settings.west_m, settings.south_m, settings.east_m, settings.north_m)
-        speed = speeds_of(levels, space.clearance_m, self._rule, sides)
+        speed = speeds_of(levels, space.clearance_m, self._rule)
+        self.in_vain.slow_down(levels, speed)
         slack_s = SLACK * min(settings.asked_within_m, asked_within_m) / pace.fastest_mps
         time, found = np.empty(0), False
         for most_s in dict.fromkeys((self._guess_s(vehicle_m, target_m), np.inf)):

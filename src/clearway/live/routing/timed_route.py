@@ -11,6 +11,8 @@ from clearway.avoidance.plan.time_cost import ARRIVAL_MPS, speed_abilities
 from clearway.avoidance.rate.route_field import Pace
 from clearway.base.frames import FloatArray
 from clearway.live.mission import Mission
+from clearway.live.routing.field.clearance_speed import BARRED_M
+from clearway.live.routing.field.known_space import BaseClearance
 from clearway.live.routing.route_map import turning_room_m
 from clearway.live.routing.route_planner import (
     MOST_LAYERS,
@@ -33,6 +35,8 @@ LAYERS_BY_WAYS = 14
 """Layers at most where ways alone are made, now and then."""
 LAYER_M = 1.5
 """From one layer of cells to the next, at least."""
+SLIGHT_M = 1e-6
+"""How much deeper than it began a vehicle may be where a rule forbids to fly: rounding."""
 VERTICAL = 2.0
 """What a metre up or down costs a vehicle without inertia, in metres ahead."""
 
@@ -78,10 +82,6 @@ def route_planner_for(
         width_m, away_m, lowest_m, highest_m, max(LAYER_M, width_m), most_layers
     )
 
-    def mapped(places_m: FloatArray, within_m: float) -> FloatArray:
-        assert obstacle_map is not None
-        return obstacle_map.distance_m(places_m, within_m)
-
     return RoutePlanner(
         RouteSettings(
             needs.pace,
@@ -92,8 +92,33 @@ def route_planner_for(
             needs.wide_m,
         ),
         cells,
-        mapped if obstacle_map else None,
+        known_besides(planner, mission, obstacle_map),
     )
+
+
+def known_besides(
+    planner: Planner, mission: Mission, obstacle_map: ObstacleMap | None
+) -> BaseClearance | None:
+    """Return what ways round keep clear of besides points: the map, and where rules forbid to fly.
+
+    A mission that begins where a rule forbids it may stay as deep there.
+    """
+    depths = [rule.depth for rule in planner.rules if rule.depth is not None]
+    if not depths and not obstacle_map:
+        return None
+    start_m = mission.start.position_m[None]
+    route_m = np.concatenate([start_m, mission.goals_m])
+    allowed = [max(0.0, float(depth(start_m, route_m)[0])) + SLIGHT_M for depth in depths]
+
+    def clearance_m(places_m: FloatArray, within_m: float) -> FloatArray:
+        clear = np.full(len(places_m), np.inf)
+        if obstacle_map:
+            clear = obstacle_map.distance_m(places_m, within_m)
+        for depth, most in zip(depths, allowed, strict=True):
+            clear = np.where(depth(places_m, route_m) > most, 2.0 * BARRED_M, clear)
+        return clear
+
+    return clearance_m
 
 
 def _needs_of(planner: Planner) -> _Needs:

@@ -34,17 +34,11 @@ class SpeedRule(NamedTuple):
 
 
 @compiled
-def speeds_of(
-    levels: Levels, clearance_m: Floats, rule: SpeedRule, within: tuple[float, float, float, float]
-) -> Floats:
-    """Return the speed [cells] of the way on from cells by the clearance there.
-
-    within: west, south, east and north side of the box that is not left.
-    """
+def speeds_of(levels: Levels, clearance_m: Floats, rule: SpeedRule) -> Floats:
+    """Return the speed [cells] of the way on from cells by the clearance there."""
     n, layers = levels.n, levels.layers
     speed = np.empty(len(clearance_m))
     cell = 0
-    west, south, east, north = within
     for level in range(levels.depth):
         width = levels.width_m * (1 << level)
         # No step from middle to middle leads through a wall of points a finest cell apart.
@@ -53,21 +47,16 @@ def speeds_of(
             barred = max(barred, rule.margin_m)
         per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
         closed = 0.0 if level < rule.exact_levels else rule.porous_mps
-        for i in range(n):
-            x = (levels.low[level, 0] + i + 0.5) * width
-            for j in range(n):
-                y = (levels.low[level, 1] + j + 0.5) * width
-                outside = x < west or y < south or x > east or y > north
-                for _ in range(layers):
-                    clear = clearance_m[cell]
-                    if outside or clear <= BARRED_M:
-                        speed[cell] = 0.0
-                    elif clear < barred:
-                        speed[cell] = closed
-                    elif clear >= rule.wide_m:
-                        speed[cell] = rule.fast_mps
-                    else:
-                        faster = rule.slow_mps + max(clear - rule.margin_m, 0.0) * per_metre
-                        speed[cell] = min(faster, rule.fast_mps)
-                    cell += 1
+        for _ in range(n * n * layers):
+            clear = clearance_m[cell]
+            if clear <= BARRED_M:
+                speed[cell] = 0.0
+            elif clear < barred:
+                speed[cell] = closed
+            elif clear >= rule.wide_m:
+                speed[cell] = rule.fast_mps
+            else:
+                faster = rule.slow_mps + max(clear - rule.margin_m, 0.0) * per_metre
+                speed[cell] = min(faster, rule.fast_mps)
+            cell += 1
     return speed

@@ -88,6 +88,10 @@ class KnownSpace:
             np.zeros(2, dtype=np.int64),
         )
 
+    def begin_anew(self, base: BaseClearance | None) -> None:
+        """Take something else for what is known besides points, which are kept."""
+        self._base, self._low = base, None
+
     @property
     def voxel_m(self) -> float:
         """Edge of the voxels that one point is kept of."""
