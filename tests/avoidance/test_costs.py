@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from clearway.avoidance.clear.closing import closing_m
 from clearway.avoidance.clear.hazards import nothing_moving
 from clearway.avoidance.decide import decide
 from clearway.avoidance.plan.costs import Prices, _turn_then_straight, curved_distance_to_go
+from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.prepared import PreparedReachSet
+from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
-from clearway.reach import build_reach_set
+from clearway.reach import ReachLibrary, build_reach_set
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import planner
@@ -40,20 +42,20 @@ def searched(x, y, radius):
 @given(coordinate, coordinate, st.floats(0.5, 8.0))
 def test_turn_then_straight_is_the_shortest_arc_and_line(x, y, radius):
     assume(min(np.hypot(x, abs(y) - radius), np.hypot(x, abs(y) + radius)) > radius + 0.05)
-    assert _turn_then_straight(x, y, radius, 0.0, np.inf) == pytest.approx(
+    assert _turn_then_straight(x, y, radius, radius, 0.0, np.inf) == pytest.approx(
         searched(x, y, radius), rel=1e-2, abs=0.05
     )
 
 
 def test_known_lengths_to_go():
-    assert _turn_then_straight(10.0, 0.0, 3.0, 0.5, np.inf) == pytest.approx(10.0)
-    assert _turn_then_straight(0.0, 6.0, 3.0, 0.5, np.inf) == pytest.approx(3.0 * np.pi)
-    assert _turn_then_straight(3.0, 4.0, 0.0, 0.5, np.inf) == pytest.approx(5.0)
+    assert _turn_then_straight(10.0, 0.0, 3.0, 3.0, 0.5, np.inf) == pytest.approx(10.0)
+    assert _turn_then_straight(0.0, 6.0, 3.0, 3.0, 0.5, np.inf) == pytest.approx(3.0 * np.pi)
+    assert _turn_then_straight(3.0, 4.0, 0.0, 0.0, 0.5, np.inf) == pytest.approx(5.0)
     # A point straight behind: three quarters of a circle and a bit.
-    behind = _turn_then_straight(-10.0, 0.0, 3.0, 0.5, np.inf)
+    behind = _turn_then_straight(-10.0, 0.0, 3.0, 3.0, 0.5, np.inf)
     assert np.pi * 3.0 + 10.0 < behind < 1.5 * np.pi * 3.0 + 10.0
     # Inside the left circle, so the way leads round by the right.
-    assert _turn_then_straight(0.0, 3.0, 3.0, 0.5, np.inf) > 2 * np.pi * 3.0
+    assert _turn_then_straight(0.0, 3.0, 3.0, 3.0, 0.5, np.inf) > 2 * np.pi * 3.0
 
 
 AUTOMATON = MovementAutomaton.plane()
@@ -90,16 +92,20 @@ def test_the_next_goal_counts_once_the_first_is_passed():
 
 
 def test_default_stage_cost_is_length_with_small_prices():
-    free = PreparedReachSet.of(REACH_SET, Prices(turn=0, change=0, vertical=0))
+    free = PreparedReachSet.of(
+        REACH_SET, Prices(turn=0, change=0, vertical=0).suited(can_stop=False)
+    )
     np.testing.assert_allclose(free.path_cost_m, REACH_SET.length_m)
-    priced = PreparedReachSet.of(REACH_SET, Prices())
+    priced = PreparedReachSet.of(REACH_SET, Prices().suited(can_stop=False))
     assert np.all(priced.path_cost_m >= free.path_cost_m - 1e-12)
     straight = [n for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}]
     np.testing.assert_allclose(priced.path_cost_m[straight], REACH_SET.length_m[straight])
 
 
 def test_a_user_can_replace_the_stage_cost():
-    hops = PreparedReachSet.of(REACH_SET, Prices(), lambda reach_set, _: np.ones(reach_set.nodes))
+    hops = PreparedReachSet.of(
+        REACH_SET, Prices().suited(can_stop=False), lambda reach_set, _: np.ones(reach_set.nodes)
+    )
     np.testing.assert_array_equal(hops.path_cost_m, REACH_SET.depth)
 
 
@@ -126,3 +132,33 @@ def test_the_price_of_closing_turns_the_vehicle_away():
         for p in (0.0, 3.0)
     ]
     assert apart[1] > apart[0] + 1.0
+
+
+ROTOR = Planner.of(
+    ReachLibrary.build(MovementAutomaton.inertialess(), AvoidanceGrid.uniform()),
+    AvoidanceSettings(escape="off"),
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    bearing=st.floats(-np.pi, np.pi),
+    away=st.floats(12.0, 40.0),
+    yaw=st.floats(-np.pi, np.pi),
+    place=st.floats(-20.0, 20.0),
+)
+def test_what_turns_on_the_spot_flies_level_legs_level(bearing, away, yaw, place):
+    """In empty air: within 0.2 m of its height, and in little more time than turning on the spot
+    and flying straight takes."""
+    state = State(np.array([place, -place, 50.0]), np.array([0.0, 0.0, yaw]))
+    target = state.position_m + away * np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    track = [state.position_m]
+    while np.linalg.norm(track[-1] - target) > 1.5 and len(track) < 80:
+        decision = decide(ROTOR, Situation(state, target, reach_radius_m=1.5))
+        vector = ROTOR.automaton.rollout(state.vector, decision.movements[:1]).states[-1]
+        state = State(vector[:3], vector[3:])
+        track.append(state.position_m)
+    assert np.abs(np.array(track)[:, 2] - 50.0).max() <= 0.2
+    turned_rad = abs((bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi)
+    least_s = turned_rad * ROTOR.automaton.spot_turn_m_per_rad + away - 1.5
+    assert len(track) - 1 <= 1.1 * least_s + 2.0

@@ -88,7 +88,9 @@ def test_a_waypoint_before_a_steep_leg_is_no_dearer_passed_than_not(reach_set: R
     goal = goal_at([15.0, 0, 0], following=[30.0, 0.0, 40.0])
     arrived = arrival(reach_set, goal)
     every = np.arange(reach_set.nodes)
-    to_go = curved_distance_to_go(reach_set, every, goal, arrived, QUADROTOR, Prices())
+    to_go = curved_distance_to_go(
+        reach_set, every, goal, arrived, QUADROTOR, Prices().suited(can_stop=False)
+    )
     steepest = QUADROTOR.steepest_rad
     assert steepest is not None
     assert np.all(to_go[~arrived.reached] >= 40.0 / np.sin(steepest))

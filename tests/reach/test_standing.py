@@ -81,7 +81,10 @@ def test_time_costs_where_it_is_slow_and_standing_is_never_free(flying):
     assert cost == pytest.approx(1.0)
     plane = build_reach_set(MovementAutomaton.plane(), GRID, method="primitives")
     first = plane.parent < 0
-    assert np.all(length_and_prices(plane, Prices(turn=0.0))[first & (plane.movement == 0)] == 1.0)
+    assert np.all(
+        length_and_prices(plane, Prices(turn=0.0, vertical=0.15))[first & (plane.movement == 0)]
+        == 1.0
+    )
 
 
 def test_cost_to_go_of_a_goal_behind_is_a_turn_on_the_spot(flying):

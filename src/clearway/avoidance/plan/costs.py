@@ -29,7 +29,7 @@ SAME_PACE = 0.95
 """Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
-OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan")
+OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan", "vertical", "aside")
 """Prices that may be left open."""
 
 
@@ -49,8 +49,9 @@ class Prices:
     change: float = 0.1
     """Per movement unlike the one before it, as a share of its length."""
     _: KW_ONLY
-    vertical: float = 0.15
-    """Per metre of height changed."""
+    vertical: float | None = None
+    """Per metre of height changed. None for 0.15, and for 0.5 where the vehicle can stop: it rises
+    as easily as it turns, and would do so only to shift its track."""
     risk: float | None = None
     """Per unit of -log P_R, in movement lengths: a safer trajectory may win at a higher cost. None
     for 0.5, and for 0 where the vehicle has inertia: its cells are too coarse for gaps that it
@@ -73,6 +74,10 @@ class Prices:
     entered without room to turn round may be a dead end. Of a vehicle with inertia, for one that
     ends without room to brake. None for 6, and for 12 where ways out may
     lead through what nobody has seen: those promise nothing."""
+    aside: float | None = None
+    """For leaving the field of view through its side at once, in movement lengths; less the farther
+    off. What it costs from there is a guess that knows no movements. None for 0, and for 1 where
+    the vehicle can stop."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
     closing: float = 0.5
@@ -93,7 +98,10 @@ class Prices:
     ) -> Prices:
         """With the prices that suit a vehicle and what its escapes stand on, where none are
         given."""
+        starts_at_once = can_stop and not has_inertia
         suits = {
+            "vertical": 0.5 if starts_at_once else 0.15,
+            "aside": 1.0 if starts_at_once else 0.0,
             "coated": 0.0 if can_stop else 3.0,
             "no_room": 12.0 if unseen_is_free else 6.0,
             "risk": 0.0 if has_inertia else 0.5,
@@ -139,7 +147,7 @@ def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
     level_z = _level_heights(reach_set)
     climbed = np.abs(level_z - np.where(inner, level_z[parent], 0.0))
     cost: FloatArray = length * (1.0 + prices.turn * ~smooth + prices.change * changed)
-    cost += prices.vertical * climbed
+    cost += price_of(prices.vertical) * climbed
     return cost
 
 
@@ -164,9 +172,9 @@ def curved_distance_to_go(
     first; a waypoint steeper than the pitch limit costs the spiral up to it. A vehicle that stays
     level goes by level distance. What can turn on the spot may do so first.
 
-    prices: where given, for a vehicle that climbs only on its way ahead: what it climbs yet costs
-    as much as it will, and what is too steep the turns that lead away from it and back. Else to
-    wait below would cost less than to climb, at every decision anew.
+    prices: where given, what it turns and climbs yet costs as much as it will. For a vehicle that
+    climbs only on its way ahead what is too steep also costs the turns that lead away from it and
+    back: else to wait below would cost less than to climb, at every decision anew.
     """
     return cost_to_go(
         reach_set.states,
@@ -184,7 +192,12 @@ class TurnsAndClimbs(NamedTuple):
     """What the default cost to go asks of a vehicle."""
 
     radius_m: float
-    """Of its turns in flight."""
+    """Of its tightest turns in flight."""
+    m_per_rad: float
+    """What these cost: more than their length where they are slow."""
+    fast_radius_m: float
+    """Of its tightest turns at full speed."""
+    fast_m_per_rad: float
     pitching_m: float
     """Likewise, for turns of pitch; 0 where they cost nothing."""
     spot_m_per_rad: float
@@ -194,6 +207,8 @@ class TurnsAndClimbs(NamedTuple):
     climbing: Climbing
     ahead_only: bool
     """Whether it climbs only on its way ahead."""
+    height_price: float
+    """Per metre of height that it has to change yet."""
 
 
 def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> TurnsAndClimbs:
@@ -202,15 +217,33 @@ def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> Tur
     radius = automaton.turning_radius_m
     climbs_level = automaton.keeps_attitude or automaton.classes is not None
     pitches = np.isfinite(radius) and not climbs_level
+    ahead_only = prices is not None and automaton.climbs_ahead
+    priced = prices if automaton.can_stop and not automaton.climbs_ahead else None
+    dearer = 1.0 if priced is None else 1.0 + priced.turn
     return TurnsAndClimbs(
-        float(radius),
+        *_arcs(automaton, dearer),
         float(radius) if pitches else 0.0,
-        float(automaton.spot_turn_m_per_rad),
+        dearer * float(automaton.spot_turn_m_per_rad),
         automaton.stays_level,
         STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
-        (0.0, 0.0) if prices is None else _climbing(automaton, prices),
-        prices is not None,
+        _climbing(automaton, prices) if prices is not None and ahead_only else (0.0, 0.0),
+        ahead_only,
+        0.0 if priced is None else price_of(priced.vertical),
     )
+
+
+def _arcs(automaton: MovementAutomaton, dearer: float) -> tuple[float, float, float, float]:
+    """The radius and the cost of a radian, of the tightest turns and of those at full speed."""
+    radius, fastest = float(automaton.turning_radius_m), automaton.fastest_mps
+    arcs = [
+        (movement.speed_mps / movement.turn_rate_rps, fastest / movement.turn_rate_rps)
+        for movement in automaton.movements
+        if movement.speed_mps > 0.0 and movement.pitch_rate_rps == 0.0 and movement.yaw_rate_rps
+    ]
+    if dearer == 1.0 or automaton.classes is not None or not arcs:
+        return radius, radius, radius, radius
+    tight, fast = min(arcs), min(arcs, key=lambda arc: (arc[1] - arc[0], arc[0]))
+    return tight[0], dearer * tight[1], fast[0], dearer * fast[1]
 
 
 def _climbing(automaton: MovementAutomaton, prices: Prices) -> Climbing:
@@ -218,20 +251,20 @@ def _climbing(automaton: MovementAutomaton, prices: Prices) -> Climbing:
     steepest = max(automaton.steepest_rad or 0.0, SLIGHTEST_PITCH_RAD)
     radian_m = min(automaton.turning_radius_m, automaton.spot_turn_m_per_rad)
     turns_m = radian_m if np.isfinite(radian_m) else 0.0
-    return prices.vertical + prices.turn / float(np.sin(steepest)), turns_m
+    return price_of(prices.vertical) + prices.turn / float(np.sin(steepest)), turns_m
 
 
 @compiled
 def _turn_then_straight(
-    x: float, y: float, radius: float, reach_radius: float, spot: float
+    x: float, y: float, radius: float, per_radian: float, reach_radius: float, spot: float
 ) -> float:
-    """Length to (x, y) from the origin heading along x: an arc to one side, then straight.
+    """Cost to (x, y) from the origin heading along x: an arc to one side, then straight.
 
     A target inside a turning circle, farther from its rim than the reach radius, is not reachable
     by an arc to that side; the arc to the other side is then the way (the shorter way of two arcs
-    is left out: it ends nose first in the same place and costs at most half a circle less). spot:
-    what a radian turned on the spot costs, inf if that can't be. What can't turn at all costs the
-    straight way.
+    is left out: it ends nose first in the same place and costs at most half a circle less).
+    per_radian: what a radian of the arc costs. spot: what one turned on the spot costs, inf if
+    that can't be. What can't turn at all costs the straight way.
     """
     if radius <= 0.0 or (np.isinf(radius) and np.isinf(spot)):
         return float(np.hypot(x, y))
@@ -253,7 +286,7 @@ def _turn_then_straight(
         angle = angle % (2.0 * np.pi)
         if angle > 2.0 * np.pi - 1e-9:
             angle = 0.0
-        best = min(best, radius * angle + straight)
+        best = min(best, per_radian * angle + straight)
     return float(best)
 
 
@@ -311,8 +344,15 @@ def cost_to_go(
             dz = 0.0 if stays_level else goal[2] - z
             cos_yaw, sin_yaw = np.cos(states[n, 5]), np.sin(states[n, 5])
             ahead, left = cos_yaw * dx + sin_yaw * dy, -sin_yaw * dx + cos_yaw * dy
-            turn = radius * np.cos(states[n, 4])
-            level = _turn_then_straight(ahead, left, turn, reach_radius, spot)
+            pitched = np.cos(states[n, 4])
+            level = _turn_then_straight(
+                ahead, left, radius * pitched, able.m_per_rad * pitched, reach_radius, spot
+            )
+            if able.fast_radius_m > radius:
+                fast, per_rad = able.fast_radius_m, able.fast_m_per_rad
+                level = min(
+                    level, _turn_then_straight(ahead, left, fast, per_rad, reach_radius, spot)
+                )
             away = np.hypot(dx, dy)
             steep = abs(dz) > (away if ahead_only else level) * tan_steepest
             if ahead_only:
@@ -323,6 +363,7 @@ def cost_to_go(
                 length = np.sqrt(level * level + dz * dz)
             wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
             off = wanted_pitch - states[n, 4]
+            length += able.height_price * abs(dz)
             if n == end:
                 result[at] = length + 0.5 * pitching * off * off
             elif steep:

@@ -50,6 +50,15 @@ def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArra
     return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
+def suited_prices(settings: AvoidanceSettings, automaton: MovementAutomaton) -> Prices:
+    """Return the prices of the settings, as they suit a vehicle."""
+    return settings.prices.suited(
+        can_stop=automaton.can_stop,
+        has_inertia=automaton.has_inertia,
+        unseen_is_free=settings.escape == Escape.KNOWN,
+    )
+
+
 def _without_turning_back(
     prepared: PreparedReachSet, automaton: MovementAutomaton, previous: int, prices: Prices
 ) -> PreparedReachSet:
@@ -57,7 +66,7 @@ def _without_turning_back(
     changing sides: who turns there sees another way at every turn, and would do so for ever."""
     turns = np.array([m.yaw_rate_rps for m in automaton.movements]) * automaton.stands
     back = (turns * turns[previous] < 0.0)[prepared.first_movement]
-    price_m = price_of(prices.suited(can_stop=True).other_side) * automaton.step_m
+    price_m = price_of(prices.other_side) * automaton.step_m
     return replace(prepared, path_cost_m=prepared.path_cost_m + price_m * back)
 
 
@@ -114,6 +123,7 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
+        prices = suited_prices(settings, automaton)
         if automaton.has_inertia:
             if stage_cost is length_and_prices:
                 stage_cost = partial(time_flown_m, automaton=automaton)
@@ -126,7 +136,7 @@ class Planner:
             reach_set = library.reach_sets[number]
             prepared = PreparedReachSet.of(
                 reach_set,
-                settings.prices,
+                prices,
                 stage_cost,
                 automaton.room_to_turn_m,
                 look_up_tube(automaton, reach_set),
@@ -134,15 +144,16 @@ class Planner:
             if automaton.has_inertia:
                 prepared = _by_time(prepared, automaton)
             elif automaton.classes is not None:
-                prepared = _without_turning_back(prepared, automaton, number, settings.prices)
+                prepared = _without_turning_back(prepared, automaton, number, prices)
             return reach_set.start_pitch_rad, prepared
 
         count = len(library.reach_sets)
         prepared_sets: Sequence[tuple[float, PreparedReachSet]] = Lazily(count, prepare)
         if not automaton.has_inertia:
             prepared_sets = tuple(prepared_sets)
-        if terminal_cost is curved_distance_to_go and automaton.climbs_ahead:
-            terminal_cost = partial(curved_distance_to_go, prices=settings.prices)
+        priced = automaton.climbs_ahead or automaton.can_stop
+        if terminal_cost is curved_distance_to_go and priced:
+            terminal_cost = partial(curved_distance_to_go, prices=prices)
         return cls(
             library.automaton,
             library.grid,
@@ -179,11 +190,7 @@ class Planner:
     @cached_property
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
-        return self.settings.prices.suited(
-            can_stop=self.automaton.can_stop,
-            has_inertia=self.automaton.has_inertia,
-            unseen_is_free=self.settings.escape == Escape.KNOWN,
-        )
+        return suited_prices(self.settings, self.automaton)
 
     @property
     def threshold(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.avoidance.clear.loiter import NO_LOITER, LoiterCircles, loiter_circles
 from clearway.avoidance.clear.verify import Paths, paths_of
-from clearway.avoidance.plan.costs import Prices, StageCost, length_and_prices
+from clearway.avoidance.plan.costs import Prices, StageCost, length_and_prices, price_of
 from clearway.avoidance.rate.goal import Arrival, Goal
 from clearway.base.arrays import Bools, Floats, Ints
 from clearway.base.brief import brief
@@ -20,7 +20,7 @@ from clearway.base.grid import RANGE_TOLERANCE
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.drifted import drifted
 from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
-from clearway.reach.tree import ReachSet
+from clearway.reach.tree import SIDE, ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
 CALM = np.zeros(3)
@@ -41,6 +41,8 @@ class PreparedReachSet:
     loiter: LoiterCircles
     path_cost_m: FloatArray
     """[nodes] stage costs from the start to each node."""
+    aside_m: FloatArray
+    """[nodes] what it costs that a trajectory leaves the grid through its side there."""
     first_movement: IntArray
     """[nodes] index of the first movement on the way to each node."""
     first_node: IntArray
@@ -88,6 +90,7 @@ class PreparedReachSet:
             paths_of(reach_set, tube_m),
             loiter,
             cost,
+            price_of(prices.aside) * step_m * _hurries_aside(reach_set),
             first,
             first_node,
             step_m,
@@ -198,12 +201,19 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
     left = states[:, 1]
     return Ends(
         nodes,
-        prepared.path_cost_m[nodes],
+        prepared.path_cost_m[nodes] + prepared.aside_m[nodes],
         prepared.first_movement[nodes],
         ahead,
         left,
         np.hypot(ahead, left) > LEADS_ON * prepared.step_m,
     )
+
+
+def _hurries_aside(reach_set: ReachSet) -> FloatArray:
+    """[nodes] how near to the start a trajectory leaves the grid through its side, from 0 to 1."""
+    away_m = np.linalg.norm(reach_set.states[:, :3], axis=1)
+    nearness = np.maximum(0.0, 1.0 - away_m / reach_set.grid.range_m)
+    return np.where(reach_set.exit_kind == SIDE, nearness, 0.0)
 
 
 def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
