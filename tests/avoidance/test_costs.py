@@ -162,3 +162,27 @@ def test_what_turns_on_the_spot_flies_level_legs_level(bearing, away, yaw, place
     turned_rad = abs((bearing - yaw + np.pi) % (2.0 * np.pi) - np.pi)
     least_s = turned_rad * ROTOR.automaton.spot_turn_m_per_rad + away - 1.5
     assert len(track) - 1 <= 1.1 * least_s + 2.0
+
+
+@pytest.mark.parametrize("elevation_deg", [(-7.0, 52.0), (-52.0, 7.0), (-20.0, 5.0)])
+def test_a_plane_whose_field_is_lopsided_does_not_dive(elevation_deg):
+    """In empty air it arrives by hardly more than an arc and a straight way, near its height."""
+    grid = AvoidanceGrid.uniform(elevation_deg=elevation_deg)
+    library = ReachLibrary.build(AUTOMATON, grid)
+    used = Planner.of(library, AvoidanceSettings(escape="off"))
+    rng, radius = np.random.default_rng(5), AUTOMATON.turning_radius_m
+    for _ in range(8):
+        bearing, yaw = rng.uniform(-np.pi, np.pi, 2)
+        away = rng.uniform(4.0, 10.0) * radius
+        state = State(np.array([0.3, 0.7, 50.0]), np.array([0.0, 0.0, yaw]))
+        target = state.position_m + away * np.array([np.cos(bearing), np.sin(bearing), 0.0])
+        ahead, left = away * np.cos(bearing - yaw), away * np.sin(bearing - yaw)
+        shortest_m = _turn_then_straight(ahead, left, radius, radius, 1.5, np.inf)
+        track = [state.position_m]
+        while np.linalg.norm(track[-1] - target) > 1.5 and len(track) < 2.0 * shortest_m:
+            decision = decide(used, Situation(state, target, reach_radius_m=1.5))
+            states = AUTOMATON.rollout(state.vector, decision.movements[:1]).states
+            state = State(states[-1, :3], states[-1, 3:])
+            track.append(state.position_m)
+        assert len(track) - 1 <= 1.1 * shortest_m
+        assert np.abs(np.array(track)[:, 2] - 50.0).max() <= radius

@@ -76,8 +76,9 @@ class Prices:
     lead through what nobody has seen: those promise nothing."""
     aside: float | None = None
     """For leaving the field of view through its side at once, in movement lengths; less the farther
-    off. What it costs from there is a guess that knows no movements. None for 0, and for 1 where
-    the vehicle can stop."""
+    off. What it costs from there is a guess that knows no movements. None for 0; for 1 where the
+    vehicle can stop, and for 1.5 where the field is not as high above the horizon as below:
+    what leaves it soonest, down or up, is flown on and on else."""
     ahead: float = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
     closing: float = 0.5
@@ -94,14 +95,22 @@ class Prices:
     __repr__ = brief
 
     def suited(
-        self, *, can_stop: bool, has_inertia: bool = False, unseen_is_free: bool = False
+        self,
+        *,
+        can_stop: bool,
+        has_inertia: bool = False,
+        unseen_is_free: bool = False,
+        lopsided: bool = False,
     ) -> Prices:
-        """With the prices that suit a vehicle and what its escapes stand on, where none are
-        given."""
+        """With the prices that suit a vehicle, what its escapes stand on and its field of view,
+        where none are given.
+
+        lopsided: the field is not as high above the horizon as below.
+        """
         starts_at_once = can_stop and not has_inertia
         suits = {
             "vertical": 0.5 if starts_at_once else 0.15,
-            "aside": 1.0 if starts_at_once else 0.0,
+            "aside": 1.0 if starts_at_once else 1.5 if lopsided and not has_inertia else 0.0,
             "coated": 0.0 if can_stop else 3.0,
             "no_room": 12.0 if unseen_is_free else 6.0,
             "risk": 0.0 if has_inertia else 0.5,

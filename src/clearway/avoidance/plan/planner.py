@@ -50,9 +50,13 @@ def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArra
     return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
-def suited_prices(settings: AvoidanceSettings, automaton: MovementAutomaton) -> Prices:
-    """Return the prices of the settings, as they suit a vehicle."""
+def suited_prices(
+    settings: AvoidanceSettings, automaton: MovementAutomaton, grid: AvoidanceGrid
+) -> Prices:
+    """Return the prices of the settings, as they suit a vehicle and its field of view."""
+    lowest, highest = grid.elevation_edges_rad[[0, -1]].tolist()
     return settings.prices.suited(
+        lopsided=not np.isclose(lowest, -highest),
         can_stop=automaton.can_stop,
         has_inertia=automaton.has_inertia,
         unseen_is_free=settings.escape == Escape.KNOWN,
@@ -123,7 +127,7 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
-        prices = suited_prices(settings, automaton)
+        prices = suited_prices(settings, automaton, library.grid)
         if automaton.has_inertia:
             if stage_cost is length_and_prices:
                 stage_cost = partial(time_flown_m, automaton=automaton)
@@ -190,7 +194,7 @@ class Planner:
     @cached_property
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
-        return suited_prices(self.settings, self.automaton)
+        return suited_prices(self.settings, self.automaton, self.grid)
 
     @property
     def threshold(self) -> float:
