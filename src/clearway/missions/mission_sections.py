@@ -312,23 +312,31 @@ class PricesSection(Section):
     """Per movement that is not smooth, as a share of its length."""
     change: NotNegative = 0.1
     """Per movement unlike the one before it, as a share of its length."""
-    vertical: NotNegative = 0.15
-    """Per metre of height changed."""
-    risk: NotNegative = 0.5
-    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win."""
+    vertical: NotNegative | None = None
+    """Per metre of height changed; by default 0.15, and 0.5 where the vehicle stops at once."""
+    risk: NotNegative | None = None
+    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win; by default
+    0.5, and 0 where the vehicle has inertia."""
     coated: NotNegative | None = None
     """For passing cells that the margin around evidence reaches into, in movement lengths; by
     default 3, and 0 where the vehicle can stop."""
-    miss: NotNegative = 2.0
-    """For grazing the reach radius of the goal, in movement lengths."""
-    other_side: NotNegative = 4.0
-    """For passing on another side than the one committed to, in movement lengths."""
-    other_plan: NotNegative = 0.1
-    """For a first movement other than the last plan's, in movement lengths."""
+    miss: NotNegative | None = None
+    """For grazing the reach radius of the goal, in movement lengths; by default 2, and 0.2 where
+    the vehicle has inertia."""
+    other_side: NotNegative | None = None
+    """For passing on another side than the one committed to, in movement lengths; by default 4, and
+    0.3 where the vehicle has inertia."""
+    other_plan: NotNegative | None = None
+    """For a first movement other than the last plan's, in movement lengths; by default 0.1, and
+    0.36 where the vehicle has inertia."""
     no_room: NotNegative | None = None
     """For a way without room to circle within its first movements, in movement lengths: what is
     entered without room to turn round may be a dead end; by default 6, and 12 where `safety.escape`
     is `known`."""
+    aside: NotNegative | None = None
+    """For leaving the field of view through its side at once, in movement lengths; by default 0, 1
+    where the vehicle stops at once, and 1.5 where the field is not as high above the horizon as
+    below."""
     ahead: NotNegative = 0.0
     """For crossing ahead of an intruder, in movement lengths: above 0 passes behind (6.8)."""
     closing: NotNegative = 0.5
