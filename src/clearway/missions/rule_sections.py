@@ -40,7 +40,7 @@ class RulesSection(Section):
     separation_within_m: Annotated[float, Field(gt=0.0)] | None = None
     """How near traffic has to be for that; default: wherever it is known."""
     route_m: Annotated[float, Field(gt=0.0)] | None = None
-    """Half the width of a corridor along the legs."""
+    """Half the width of a corridor along the legs. Ways round obstacles keep to it."""
     own: Annotated[tuple[Annotated[str, OneOf(OWN_RULES)], ...], Field(strict=False)] = ()
     """Rules of your own, after these, the most important first; see [rules.md](rules.md)."""
 
