@@ -48,20 +48,25 @@ class LedWay:
     """By how much the acceleration is asked for before its time: level, which takes a tilt, and
     up."""
     into_s: float = 0.0
+    _row: FloatArray | None = None
+    """Of now, once it was asked for."""
 
     def row(self) -> FloatArray:
         """[11] position, velocity, led acceleration, yaw and yaw rate."""
         here = self.asked(self.into_s)
-        level, up = (self.asked(self.into_s + lead).acceleration_mps2 for lead in self.lead_s)
+        leads = dict.fromkeys(self.lead_s)  # Most lead level and up by the same time.
+        ahead = {lead: self.asked(self.into_s + lead).acceleration_mps2 for lead in leads}
+        level, up = (ahead[lead] for lead in self.lead_s)
         led = (level[0], level[1], up[2])
         yaw = (here.yaw_rad, here.yaw_rate_rps)
         return np.array([*here.position_m, *here.velocity_mps, *led, *yaw], dtype=np.float64)
 
     def step(self, duration_s: float) -> tuple[FloatArray, FloatArray]:
         """The rows at both ends of a step, which is taken."""
-        before = self.row()
+        before = self.row() if self._row is None else self._row
         self.into_s += duration_s
-        return before, self.row()
+        self._row = self.row()
+        return before, self._row
 
 
 @compiled
