@@ -26,9 +26,7 @@ from first_clear import RoomPrice, first_clear
 from situations_for_tests import Draws, situation
 from worlds_for_tests import GRID, LIBRARY, LIDAR, planner
 
-PREPARED = PreparedReachSet.of(
-    LIBRARY.reach_sets[0], planner().settings.prices, turning_radius_m=3.8
-)
+PREPARED = PreparedReachSet.of(LIBRARY.reach_sets[0], planner().prices, turning_radius_m=3.8)
 
 REACH_SET: ReachSet = PREPARED.reach_set
 SEEDS = st.integers(0, 2**32 - 1)

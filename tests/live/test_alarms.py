@@ -30,6 +30,7 @@ LOOKS_UP: Tables = {
         "elevation_deg": [-7.0, 52.0],
         "rows": 5,
     },
+    "prices": {"off_level": 0.0},
     "simulation": {"time_limit_s": 60.0},
 }
 STAYS = """
@@ -53,7 +54,8 @@ def alarms(run: Run[Any]) -> list[dict[str, Any]]:
 
 
 def test_a_plane_that_sinks_away_from_its_goal_says_so() -> None:
-    """Its field of view has its lower edge at the horizon, and diving looks cheapest."""
+    """Its field of view has its lower edge near the horizon, and with no price diving looks
+    cheapest."""
     run = flight("plane", 0, LOOKS_UP).fly()
     low_m = min(run.states[0, 2], run.mission.goals_m[0, 2])
     assert run.states[:, 2].min() < low_m - 15.0

@@ -313,7 +313,7 @@ class PricesSection(Section):
     change: NotNegative = 0.1
     """Per movement unlike the one before it, as a share of its length."""
     vertical: NotNegative | None = None
-    """Per metre of height changed; by default 0.15, and 0.5 where the vehicle stops at once."""
+    """Per metre of height changed; by default 0.15, and 0.25 where the vehicle stops at once."""
     risk: NotNegative | None = None
     """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win; by default
     0.5, and 0 where the vehicle has inertia."""
@@ -333,8 +333,8 @@ class PricesSection(Section):
     """For a way without room to circle within its first movements, in movement lengths: what is
     entered without room to turn round may be a dead end; by default 6, and 12 where `safety.escape`
     is `known`."""
-    aside: NotNegative | None = None
-    """For leaving the field of view through its side at once, in movement lengths; by default 0, 1
+    off_level: NotNegative | None = None
+    """For leaving the field of view above or below at once, in movement lengths; by default 0, 1
     where the vehicle stops at once, and 1.5 where the field is not as high above the horizon as
     below."""
     ahead: NotNegative = 0.0

@@ -29,7 +29,7 @@ SAME_PACE = 0.95
 """Share of the pace of straight flight above which a movement costs its length, not its time."""
 SLIGHTEST_PITCH_RAD = 1e-6
 """Climbs less steep than it count as so steep: what is higher costs much, but never infinitely."""
-OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan", "vertical", "aside")
+OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan", "vertical", "off_level")
 """Prices that may be left open."""
 
 
@@ -50,7 +50,7 @@ class Prices:
     """Per movement unlike the one before it, as a share of its length."""
     _: KW_ONLY
     vertical: float | None = None
-    """Per metre of height changed. None for 0.15, and for 0.5 where the vehicle can stop: it rises
+    """Per metre of height changed. None for 0.15, and for 0.25 where the vehicle can stop: it rises
     as easily as it turns, and would do so only to shift its track."""
     risk: float | None = None
     """Per unit of -log P_R, in movement lengths: a safer trajectory may win at a higher cost. None
@@ -74,8 +74,8 @@ class Prices:
     entered without room to turn round may be a dead end. Of a vehicle with inertia, for one that
     ends without room to brake. None for 6, and for 12 where ways out may
     lead through what nobody has seen: those promise nothing."""
-    aside: float | None = None
-    """For leaving the field of view through its side at once, in movement lengths; less the farther
+    off_level: float | None = None
+    """For leaving the field of view above or below at once, in movement lengths; less the farther
     off. What it costs from there is a guess that knows no movements. None for 0; for 1 where the
     vehicle can stop, and for 1.5 where the field is not as high above the horizon as below:
     what leaves it soonest, down or up, is flown on and on else."""
@@ -109,8 +109,8 @@ class Prices:
         """
         starts_at_once = can_stop and not has_inertia
         suits = {
-            "vertical": 0.5 if starts_at_once else 0.15,
-            "aside": 1.0 if starts_at_once else 1.5 if lopsided and not has_inertia else 0.0,
+            "vertical": 0.25 if starts_at_once else 0.15,
+            "off_level": 1.0 if starts_at_once else 1.5 if lopsided and not has_inertia else 0.0,
             "coated": 0.0 if can_stop else 3.0,
             "no_room": 12.0 if unseen_is_free else 6.0,
             "risk": 0.0 if has_inertia else 0.5,

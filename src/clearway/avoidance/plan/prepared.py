@@ -41,8 +41,8 @@ class PreparedReachSet:
     loiter: LoiterCircles
     path_cost_m: FloatArray
     """[nodes] stage costs from the start to each node."""
-    aside_m: FloatArray
-    """[nodes] what it costs that a trajectory leaves the grid through its side there."""
+    off_level_m: FloatArray
+    """[nodes] what it costs that a trajectory leaves the grid above or below there."""
     first_movement: IntArray
     """[nodes] index of the first movement on the way to each node."""
     first_node: IntArray
@@ -90,7 +90,7 @@ class PreparedReachSet:
             paths_of(reach_set, tube_m),
             loiter,
             cost,
-            price_of(prices.aside) * step_m * _hurries_aside(reach_set),
+            price_of(prices.off_level) * step_m * _leaves_level(reach_set),
             first,
             first_node,
             step_m,
@@ -201,7 +201,7 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
     left = states[:, 1]
     return Ends(
         nodes,
-        prepared.path_cost_m[nodes] + prepared.aside_m[nodes],
+        prepared.path_cost_m[nodes] + prepared.off_level_m[nodes],
         prepared.first_movement[nodes],
         ahead,
         left,
@@ -209,11 +209,14 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
     )
 
 
-def _hurries_aside(reach_set: ReachSet) -> FloatArray:
-    """[nodes] how near to the start a trajectory leaves the grid through its side, from 0 to 1."""
-    away_m = np.linalg.norm(reach_set.states[:, :3], axis=1)
-    nearness = np.maximum(0.0, 1.0 - away_m / reach_set.grid.range_m)
-    return np.where(reach_set.exit_kind == SIDE, nearness, 0.0)
+def _leaves_level(reach_set: ReachSet) -> FloatArray:
+    """[nodes] how near to the start a trajectory leaves the grid above or below, from 0 to 1."""
+    places, grid = reach_set.states[:, :3], reach_set.grid
+    azimuth = np.arctan2(places[:, 1], places[:, 0])
+    edges = grid.azimuth_edges_rad
+    between = (azimuth >= edges[0]) & (azimuth <= edges[-1])
+    nearness = np.maximum(0.0, 1.0 - np.linalg.norm(places, axis=1) / grid.range_m)
+    return np.where(between & (reach_set.exit_kind == SIDE), nearness, 0.0)
 
 
 def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:

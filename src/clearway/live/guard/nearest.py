@@ -33,7 +33,7 @@ NO_PRICES = Prices(
     other_side=0.0,
     other_plan=0.1,
     no_room=0.0,
-    aside=0.0,
+    off_level=0.0,
     closing=0.0,
 )
 """Nothing but the wish counts, and a little to stay with what was begun."""

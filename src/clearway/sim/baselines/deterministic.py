@@ -46,7 +46,7 @@ def full(craft: Craft) -> ManoeuvreRule:
     prepared_sets = [
         PreparedReachSet.of(
             reach_set,
-            planner.settings.prices,
+            planner.prices,
             turning_radius_m=planner.automaton.turning_radius_m,
         )
         for reach_set in _full_sets(planner)
