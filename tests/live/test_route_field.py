@@ -271,7 +271,7 @@ def test_another_route_is_kept_near_from_then_on() -> None:
     assert not field_round(np.zeros((0, 3)), aside, of)[1]
     start = State(np.array([0.0, 0.0, 1.0]))
     other = Mission("aside", start, waypoints_m=aside[None])
-    of.space.begin_anew(known_besides(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
+    of.begin_anew(known_besides(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
     assert field_round(np.zeros((0, 3)), aside, of)[1]
 
 
@@ -286,6 +286,17 @@ def test_a_gap_before_which_nothing_comes_of_it_gives_way_to_another() -> None:
         of.in_vain.note(start, float(now_s), of.field(start, target)[0])
     _, _, after, _, _ = time_to_go(of.field(start, target)[0], *start.tolist())
     assert after < 0.0, "to the other one"
+
+
+def test_who_waits_before_the_only_gap_still_finds_it() -> None:
+    target, start = np.array([20.0, 0.0, 1.0]), np.array([6.0, 3.0, 1.0])
+    of = planner(slow_mps=2.0)
+    of.take(start, np.concatenate([wall(8.0, -60.0, 3.0), wall(8.0, 5.0, 60.0)]))
+    for now_s in np.arange(0.0, 3600.0, 4.5):
+        of.in_vain.note(start, float(now_s), of.field(start, target)[0])
+    field, found = of.field(start, target)
+    assert found
+    assert field.speed_mps[field.speed_mps > 0.0].min() >= 2.0 * 0.25**9
 
 
 def test_who_gets_on_has_found_no_way_in_vain() -> None:

@@ -110,7 +110,7 @@ class Knowledge:
         self.mission, self.progress = mission, Progress(nearest_s=now_s)
         if self.route_planner is not None or "known_routes" in self.__dict__:
             besides = known_besides(self.planner, mission, self.obstacle_map)
-            self.known_routes.space.begin_anew(besides)
+            self.known_routes.begin_anew(besides)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -320,7 +320,7 @@ class Knowledge:
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
         asked_m = float(self.planner.prepared_at(state).away_m.max())
         field, is_known = routes.field(place_m, self.progress.target(self.mission), asked_m)
-        if is_known:
+        if is_known and self.followed:
             routes.in_vain.note(place_m, state.time_s, field)
         return field if is_known else None
 

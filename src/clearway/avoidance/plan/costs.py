@@ -228,11 +228,11 @@ def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> Tur
     pitches = np.isfinite(radius) and not climbs_level
     ahead_only = prices is not None and automaton.climbs_ahead
     priced = prices if automaton.can_stop and not automaton.climbs_ahead else None
-    dearer = 1.0 if priced is None else 1.0 + priced.turn
+    dearer = None if priced is None else 1.0 + priced.turn
     return TurnsAndClimbs(
         *_arcs(automaton, dearer),
         float(radius) if pitches else 0.0,
-        dearer * float(automaton.spot_turn_m_per_rad),
+        (dearer or 1.0) * float(automaton.spot_turn_m_per_rad),
         automaton.stays_level,
         STEEPEST_PITCH_RAD if steepest is None else max(steepest, SLIGHTEST_PITCH_RAD),
         _climbing(automaton, prices) if prices is not None and ahead_only else (0.0, 0.0),
@@ -241,15 +241,16 @@ def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> Tur
     )
 
 
-def _arcs(automaton: MovementAutomaton, dearer: float) -> tuple[float, float, float, float]:
-    """The radius and the cost of a radian, of the tightest turns and of those at full speed."""
+def _arcs(automaton: MovementAutomaton, dearer: float | None) -> tuple[float, float, float, float]:
+    """The radius and the cost of a radian, of the tightest turns and of those at full speed; their
+    length alone where `dearer` is None."""
     radius, fastest = float(automaton.turning_radius_m), automaton.fastest_mps
     arcs = [
         (movement.speed_mps / movement.turn_rate_rps, fastest / movement.turn_rate_rps)
         for movement in automaton.movements
         if movement.speed_mps > 0.0 and movement.pitch_rate_rps == 0.0 and movement.yaw_rate_rps
     ]
-    if dearer == 1.0 or automaton.classes is not None or not arcs:
+    if dearer is None or automaton.classes is not None or not arcs:
         return radius, radius, radius, radius
     tight, fast = min(arcs), min(arcs, key=lambda arc: (arc[1] - arc[0], arc[0]))
     return tight[0], dearer * tight[1], fast[0], dearer * fast[1]

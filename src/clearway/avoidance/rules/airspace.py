@@ -130,7 +130,8 @@ def keep_out(
         return _beyond(view, deepest, ends, inside, f"{len(shapes.radius_m)} in reach")
 
     def depth(places_m: FloatArray, _: FloatArray) -> FloatArray:
-        return -charted.distance_m(places_m)
+        # How far outside does not matter, and to find it out takes longest.
+        return -charted.distance_m(places_m, TOLERANCE)
 
     always = from_s == -np.inf and until_s == np.inf
     about = f"keep out of {name}" if name else "keep-out volumes"

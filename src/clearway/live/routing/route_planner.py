@@ -91,6 +91,11 @@ class RoutePlanner:
         self.in_vain = InVain(settings.margin_m)
         self._last: RouteField | None = None
 
+    def begin_anew(self, base: BaseClearance | None) -> None:
+        """Take something else for what is known besides points; no way was tried in vain yet."""
+        self.space.begin_anew(base)
+        self.in_vain, self._last = InVain(self.settings.margin_m), None
+
     def take(self, vehicle_m: FloatArray, points_m: FloatArray, complete_m: float = 0.0) -> bool:
         """Take in what is known now, as of `KnownSpace.take`."""
         return self.space.take(vehicle_m, points_m, complete_m)

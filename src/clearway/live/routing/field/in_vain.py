@@ -21,12 +21,18 @@ ABOUT = 1.5
 """Margins about that place in which the way costs more."""
 SLOWER = 0.25
 """Share of the speed that is left there, each time."""
-MOST_PLACES = 64
-"""That are kept: the latest."""
+MOST_TIMES, MOST_PLACES = 8, 64
+"""That one place counts, lest waiting closes the way on; and places that are kept, the latest."""
 
 
 class InVain:
-    """Places that ways led through in vain; margin_m: of the ways."""
+    """Places that ways led through in vain.
+
+    Parameters
+    ----------
+    margin_m
+        Of the ways.
+    """
 
     def __init__(self, margin_m: float) -> None:
         self._margin_m = margin_m
@@ -47,7 +53,9 @@ class InVain:
         elif now_s - self._since_s > PATIENCE_S:
             self._since_s = now_s
             place = narrowest_ahead(field, vehicle_m, AHEAD * self._margin_m, 0.5 * field.width_m)
-            self._places_m = np.concatenate([self._places_m[-MOST_PLACES + 1 :], place[None]])
+            off_m = np.linalg.norm(self._places_m - place, axis=1)
+            if np.count_nonzero(off_m <= ABOUT * self._margin_m) < MOST_TIMES:
+                self._places_m = np.concatenate([self._places_m[-MOST_PLACES + 1 :], place[None]])
 
 
 @compiled
