@@ -1,5 +1,6 @@
 """The route field against closed answers of the eikonal equation, and what holds of any field."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -144,6 +145,23 @@ def test_over_a_low_box_there_is_one() -> None:
     field, found = field_round(points, np.array([30.0, 3.0, 1.0]), used)
     assert found
     assert time_to_go(field, 4.5, 0.0, 1.0)[3] > 0.5
+
+
+@pytest.mark.parametrize("climb_mps", [1.0, 4.0])
+@pytest.mark.parametrize("before_m", [1.0, 2.0, 5.0])
+def test_who_stands_before_a_long_wall_is_led_over_it(before_m: float, climb_mps: float) -> None:
+    used = planner(Pace(10.0, np.inf, 1.0, climb_mps, climb_mps), top_m=6.0)
+    used.settings = replace(used.settings, asked_within_m=3.0)
+    target = np.array([before_m + 20.0, 0.0, 1.0])
+    field, found = field_round(wall(before_m, -60.0, 60.0), target, used)
+    assert found
+    rise_m = 3.0 + MARGIN_M - 1.0
+    least_s = max(rise_m / climb_mps, straight_time(used.settings.pace, *target)[0])
+    seconds, _, _, upwards, _ = time_to_go(field, 0.0, 0.0, 1.0)
+    assert least_s <= seconds < least_s + 2.0 * (rise_m + 2.0) / climb_mps
+    assert upwards > 0.0 or before_m > climb_mps  # It may go nearer first.
+    for height_m in (1.5, 2.0, 2.5):
+        assert seconds_at(field, np.array([0.0, 0.0, height_m])) < seconds
 
 
 def test_nothing_leads_nearer_than_the_margin() -> None:

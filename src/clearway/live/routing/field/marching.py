@@ -98,6 +98,8 @@ def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> t
     n, layers = levels.n, levels.layers
     found, bound, near2 = False, most_s + slack_s, (1.6 * levels.width_m) ** 2
     upwards = pace.fastest_mps / max(pace.climb_mps, pace.sink_mps)
+    highest = levels.lowest_m + (layers - 1) * levels.layer_m
+    height = min(max(vehicle[2], levels.lowest_m), highest)
     while m.counts[1] > 0:
         now = m.counts[2]
         entry = m.head[now & (BUCKETS - 1)]
@@ -122,7 +124,8 @@ def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> t
         dx, dy = vehicle[0] - x, vehicle[1] - y
         dz = (vehicle[2] - z) * upwards if layers > 1 else 0.0
         away2 = dx * dx + dy * dy
-        if not found and away2 <= near2:
+        beside = layers == 1 or abs(height - z) < levels.layer_m
+        if not found and beside and away2 <= near2:
             found, bound = True, min(bound, m.time_s[cell] + slack_s)
         if m.time_s[cell] + np.sqrt(away2 + dz * dz) / pace.fastest_mps <= bound:
             _spread(m, level, i, j, k)
