@@ -61,6 +61,7 @@ def test_the_readme_s_python_runs_as_printed(
 ) -> None:
     exec(compile(blocks(REPOSITORY / "README.md", "python")[number], "README.md", "exec"), {})
     printed = capsys.readouterr().out
+    assert printed == blocks(REPOSITORY / "README.md", "text")[number]
     names = {movement.name for movement in MovementAutomaton.plane().movements}
     flown = re.findall(r"'([\w-]+)'", printed)
     assert flown
