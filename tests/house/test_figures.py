@@ -47,7 +47,7 @@ NO_MEASUREMENT = {
     },
     "guardian.md": {"10 ms": "within which commands are taken as one"},
     "limits.md": {"69 %": "of any ten of ten"},
-    "mavlink.md": {
+    "mavlink-messages.md": {
         "0.3 %": "by which scales of autopilots differ",
         "20 ms": "after which the link is read again, a setting",
     },
