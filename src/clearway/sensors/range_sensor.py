@@ -2,7 +2,7 @@
 
 A reading is a `Scan`: points in the sensor frame, a time, the sensor's name. Of a reading clearway
 wants to know what it says of the cells, where its returns are and how far each may be off, and
-which places it shows to be empty. `LidarSensor` answers for a `Lidar`; docs/own-sensor.md has a radar.
+which places it shows to be empty. `LidarSensor` answers for a `Lidar`; docs/sensors.md has a radar.
 """
 
 from __future__ import annotations
