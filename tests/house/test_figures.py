@@ -36,7 +36,7 @@ GENERATED = {
 WRITTEN = [page for page in pages() if RESULTS not in page.parents and page.name not in GENERATED]
 NO_MEASUREMENT = {
     "": {"95 %": "the confidence of every interval"},
-    "architecture.md": {"60 %": "share of returns that makes a cluster a moving one"},
+    "decisions.md": {"60 %": "share of returns that makes a cluster a moving one"},
     "campaign.md": {"200 flights": "of a family of the file"},
     "encounters.md": {"99.9 %": "a target", "99 %": "a target"},
     "faults.md": {
