@@ -40,7 +40,6 @@ NO_MEASUREMENT = {
     "campaign.md": {"200 flights": "of a family of the file"},
     "encounters.md": {"99.9 %": "a target", "99 %": "a target"},
     "faults.md": {
-        "10 flights": "at a level, asked for",
         "90 %": "a level",
         "97 %": "a level",
         "99 %": "a level",
