@@ -2,6 +2,7 @@
 
 Each block of language `console` that begins with `$ clearway ...` is run, page after page, in the
 folder of `clearway sample`; below the command goes what it prints, without times of computing.
+`2>/dev/null` leaves out its notes, ` | grep WORD` all lines but those that contain the word.
 """
 
 from __future__ import annotations
@@ -60,9 +61,13 @@ def in_a_process(words: Sequence[str], folder: Path) -> tuple[str, str]:
 
 def transcript(command: str, folder: Path, run: Run = in_a_process) -> str:
     """What a command prints: what it assumed, then its result."""
+    command, _, word = command.partition(" | grep ")
+    command, _, quiet = command.partition(" 2>/dev")
     result, notes = run(shlex.split(command)[1:], folder)
     said = SLOW.sub("", notes.replace(f"{folder}{os.sep}", ""))
-    text = without_times(TIMES.sub(_left_out, said + result))
+    text = without_times(TIMES.sub(_left_out, result if quiet or word else said + result))
+    if word:
+        text = "\n".join(line for line in text.splitlines() if shlex.split(word)[0] in line)
     lines = [part for line in text.strip().splitlines() for part in _fitted(line.rstrip())]
     if len(lines) > LINES:
         lines = [*lines[: LINES - 1], f"({len(lines) - LINES + 1} more lines)"]

@@ -115,7 +115,7 @@ def lines_of(page: Path) -> list[Line]:
         for text in block["text"].replace("\\\n", " ").splitlines():
             if block["language"] == "console" and not text.startswith("$ "):
                 continue  # what it prints
-            text = text.strip().removeprefix("$ ")
+            text = re.sub(r" (?:2>/dev/null|\| grep .*)$", "", text.strip().removeprefix("$ "))
             first = text.split(maxsplit=1)[0] if text else ""
             if first == "clearway" or (block["language"] and first and not first.startswith("#")):
                 name = page.relative_to(REPOSITORY).as_posix()

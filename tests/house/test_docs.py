@@ -15,6 +15,7 @@ from tools.transcripts import differences
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.scene_file import SceneFile
+from clearway.studies.samples import PLANNER
 from clearway.vehicle.automaton import MovementAutomaton
 from repository import REPOSITORY
 
@@ -61,6 +62,7 @@ def test_the_readme_s_python_runs_as_printed(
 ) -> None:
     exec(compile(blocks(REPOSITORY / "README.md", "python")[number], "README.md", "exec"), {})
     printed = capsys.readouterr().out
+    assert printed == blocks(REPOSITORY / "README.md", "text")[number]
     names = {movement.name for movement in MovementAutomaton.plane().movements}
     flown = re.findall(r"'([\w-]+)'", printed)
     assert flown
@@ -83,6 +85,11 @@ def test_python_of_the_documentation_runs(page: Path, tmp_path: Path) -> None:
         timeout=300,
     )
     assert ran.returncode == 0, ran.stderr
+
+
+def test_the_planner_shown_is_that_of_the_samples() -> None:
+    (shown,) = blocks(DOCS / "tutorials" / "own-planner.md", "python")
+    assert PLANNER.partition("\n\n")[2] == shown
 
 
 def test_the_readme_has_an_example() -> None:
