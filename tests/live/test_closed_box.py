@@ -7,12 +7,15 @@ import pytest
 
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import AvoidanceSettings
+from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem
-from clearway.live.mission import Mode
+from clearway.live.mission import Mode, Progress
 from clearway.live.outputs.explain import NOT_REACHABLE
+from clearway.live.recovery.no_way import FLIES_ON_S, STAYS_S, closed_or_not
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
+from clearway.sensors import BeamPattern, Lidar
 from clearway.sim import Run, SimulationSettings, simulate
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIBRARY, LIDAR, mission
@@ -66,6 +69,43 @@ def holds_and_says_why(run: Run) -> None:
 def test_a_multirotor_holds_inside_and_says_why() -> None:
     library = ReachLibrary.build(MovementAutomaton.inertialess(), GRID)
     holds_and_says_why(in_the_box(library, box(16.0, 14.0, 9.0, 9.0), 160.0))
+
+
+def test_a_copter_stays_before_a_goal_that_is_closed_in_and_says_where_it_looked() -> None:
+    automaton = MovementAutomaton.multirotor(speed_mps=3.0, climb_mps=1.0)
+    library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=20.0))
+    rings = BeamPattern.rotating(np.arange(-25.0, 26.0, 1.0), 1.0, max_range_m=20.0)
+    lidar = Lidar("rings", rings)
+    settings = AvoidanceSettings(safety_margin_m=0.4, body_radius_m=0.2, smallest_object_m=0.3)
+    goal = mission((9.0, 1.0, 0.0))
+    world = ObstacleMap([Obstacle.cuboid(np.array([9.0, 1.0, 0.0]), np.array([4.0, 4.0, 7.0]))])
+    system = AvoidanceSystem(Planner.of(library, settings), goal, lidars=(lidar,))
+    run = simulate(system, world, lidars=(lidar,), settings=SimulationSettings(time_limit_s=60.0))
+    stays_safe(run)
+    reason = run.summary()["reason"]
+    assert reason.startswith(f"{NOT_REACHABLE}: none keeps")
+    assert "between heights of -3 and 3 m" in reason
+
+
+def test_a_way_that_is_not_known_is_given_up_after_a_while_and_tried_again() -> None:
+    def after(progress: Progress, *times_s: float) -> Progress:
+        for time_s in times_s:
+            progress = closed_or_not(progress, time_s, is_known=False)
+        return progress
+
+    flies_on = after(Progress(), 5.0, 5.0 + FLIES_ON_S)
+    assert not flies_on.closed
+    stays = after(flies_on, 5.1 + FLIES_ON_S)
+    assert stays.closed
+    found = closed_or_not(stays, 20.0, is_known=True)
+    assert (found.closed, found.closed_s) == (False, Progress().closed_s)
+    again_s = 5.2 + FLIES_ON_S + STAYS_S
+    again = after(stays, again_s - 0.2, again_s)
+    assert not again.closed
+    closed_s = again_s + FLIES_ON_S + 0.1
+    once_more = after(again, closed_s, closed_s + STAYS_S + 0.1)
+    assert once_more.closed
+    assert not after(once_more, closed_s + 2.0 * STAYS_S + 0.1).closed
 
 
 def test_a_plane_stays_safe_inside() -> None:

@@ -31,6 +31,7 @@ from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
+from clearway.live.recovery.no_way import closed_or_not
 from clearway.live.routing.route_map import RouteMap
 from clearway.live.routing.route_maps import RouteMaps
 from clearway.live.routing.route_planner import RoutePlanner
@@ -320,8 +321,10 @@ class Knowledge:
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
         asked_m = float(self.planner.prepared_at(state).away_m.max())
         field, is_known = routes.field(place_m, self.progress.target(self.mission), asked_m)
-        if is_known and self.followed:
-            routes.in_vain.note(place_m, state.time_s, field)
+        if self.followed:
+            self.progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            if is_known:
+                routes.in_vain.note(place_m, state.time_s, field)
         return field if is_known else None
 
     def here(self, state: State, now: float) -> Here:

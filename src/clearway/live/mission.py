@@ -173,7 +173,7 @@ class Progress:
     closed: bool = False
     """Whether no way leads to the goal as far as is seen: the vehicle stays where it is."""
     closed_s: float = -np.inf
-    """When that began or ended."""
+    """When that began or ended; -inf where the route planner knows a way."""
     tried: int = 0
     """How often ways that came to nothing were tried once more, after staying."""
 
@@ -246,6 +246,7 @@ def advanced(
             detour=(),
             stuck_m=None,
             closed=False,
+            closed_s=-np.inf,
             tried=0,
         )
     return progress

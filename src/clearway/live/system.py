@@ -253,7 +253,9 @@ class AvoidanceSystem:
         goal = self.progress.goal
         blind_s = self._blind_s(now)
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
-        facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold)
+        routes = self._known.route_planner
+        searched = "" if routes is None else routes.searched
+        facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold, searched)
         self._mode = mode_after(self._mode, facts)
         had_escape, alarm_watch = self._plan.had_certain, self._alarm_watch
         wrong = AlarmFacts(decision, self._mode, self.progress, self.mission, had_escape)

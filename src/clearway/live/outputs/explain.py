@@ -35,7 +35,7 @@ def explanation(
             f"margin stepped down to {choice.margin_m:.2f} m",
         )
     if held is not None:
-        what = f"goal {held}" if held == NOT_REACHABLE else held
+        what = f"goal {held}" if held.startswith(NOT_REACHABLE) else held
         parts.insert(0, f"holds safely: {what}")
     if decision.goes_narrow:
         parts.insert(0, "no way out is in hand here, as the mission allows: no guarantee")

@@ -16,6 +16,7 @@ from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.outputs.explain import NOT_REACHABLE
 
 NOTHING_SENSED = "no sensor has told anything"
+NO_WAY = "no way leads to the goal as far as is seen"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,9 @@ class ModeState:
         """Why the vehicle only holds; None in other modes."""
         if self.mode is not Mode.HOLD:
             return None
-        return self.why if self.why.startswith(NOTHING_SENSED) else NOT_REACHABLE
+        if self.why.startswith(NOTHING_SENSED):
+            return self.why
+        return NOT_REACHABLE + self.why.removeprefix(NO_WAY)
 
     @property
     def transition(self) -> str:
@@ -59,6 +62,8 @@ class ModeFacts(NamedTuple):
     does."""
     bold: bool = False
     """Whether ways out that were insisted on are asked for no more."""
+    searched: str = ""
+    """Where ways to the goal are looked for, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +89,9 @@ def _hold(facts: ModeFacts) -> str:
     if facts.blind_s is not None and way is not None:
         where = "where it has looked" if way.certain else "where it is"
         return f"{NOTHING_SENSED} for {facts.blind_s:.1f} s: it stays {where}"
-    return "no way leads to the goal as far as is seen" if facts.progress.closed else ""
+    if not facts.progress.closed:
+        return ""
+    return f"{NO_WAY}: {facts.searched}" if facts.searched else NO_WAY
 
 
 def _escape(facts: ModeFacts) -> str:
@@ -130,7 +137,7 @@ GUARDS = (
     Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
     Guard(Mode.NARROW, "what leaves no way out is flown, as the mission allows", _narrow),
     Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
-    Guard(Mode.HOLD, "no way leads to the goal as far as is seen, or nothing is seen", _hold),
+    Guard(Mode.HOLD, f"{NO_WAY}, or nothing is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),
     Guard(Mode.AVOIDANCE, "cheaper trajectories are ruled out", _avoidance),
     Guard(Mode.NAVIGATION, "the cheapest trajectory is free", _navigation),

@@ -145,6 +145,16 @@ class RoutePlanner:
         self._last = field if found else None
         return field, found
 
+    @property
+    def searched(self) -> str:
+        """Where no way was found, if none is known, in words."""
+        cells, margin_m = self.space.layout, self.settings.margin_m
+        highest_m = cells.lowest_m + (cells.layers - 1) * cells.layer_m
+        return (
+            f"none keeps {margin_m:.2g} m between heights of {cells.lowest_m:.3g} and "
+            f"{highest_m:.3g} m, by cells of {cells.width_m:.2g} m"
+        )
+
     def way_m(self, vehicle_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
         """Return the corners [3] of a way from the vehicle [3] to a target [3], without its ends;
         none where no way is known, or the straight one is open."""
