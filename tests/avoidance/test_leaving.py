@@ -66,17 +66,19 @@ def careful() -> Planner:
     return Planner.of(library, AvoidanceSettings(escape="mapped", safety_margin_m=0.4))
 
 
+@pytest.mark.parametrize("bearing_deg", [180.0, 100.0, 40.0, 0.0])
 @pytest.mark.parametrize("gap_m", [0.39, 0.36, 0.3, 0.25])
 def test_a_copter_that_stands_too_near_moves_off_and_comes_no_nearer(
-    careful: Planner, gap_m: float
+    careful: Planner, gap_m: float, bearing_deg: float
 ) -> None:
     """Nothing keeps the margin where noise or wind have brought it: who waits there, waits on."""
     assert COPTER.classes is not None
     tube_m = float(careful.prepared_sets[COPTER.classes.first][1].paths.sagitta_m.min())
-    center, radius_m = np.array([-gap_m - tube_m - 1.0, 0.0, 0.0]), 1.0
+    bearing, radius_m = np.radians(bearing_deg), 1.0
+    center = (gap_m + tube_m + radius_m) * np.array([np.cos(bearing), np.sin(bearing), 0.0])
     beside = ObstacleMap([Obstacle.ball(center, radius_m)])
     state, bases, track = COPTER.in_class(State(np.zeros(3)), None), [], [np.zeros(3)]
-    for _ in range(6):
+    for _ in range(12):
         there = Situation(state, np.array([30.0, 0.0, 0.0]), obstacle_map=beside)
         decision = decide(careful, there)
         bases.append(decision.choice.basis)

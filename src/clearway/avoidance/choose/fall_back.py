@@ -21,8 +21,8 @@ from clearway.avoidance.plan.prepared import PreparedReachSet
 
 SHORTER = (0.25, 0.125, 0.0625)
 """Shares of the time for which ways out that drift are verified, where none lasts half of it."""
-NARROWEST_M = 1e-3
-"""Wider tubes than that at rest are those of movements that gain speed."""
+STANDS_WITHIN_M = 1e-3
+"""Movements from rest that lead farther aside gain speed."""
 TO_AND_FRO = 8
 """Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
 of a turn each needs for a whole one."""
@@ -127,13 +127,25 @@ class FallBack:
         ways, full_m = self.ways, self.ways.margin_m
         if way is None or not 0.0 < near_m < full_m or not ways.stands(way):
             return None
-        share, allowed = near_m / full_m, self.leaving.candidates
+        all_of_them = self.leaving.candidates
+        leads_m = self.prepared.paths.samples_m[all_of_them.nodes, -1, :2]
+        moves_off = among(all_of_them, np.hypot(*leads_m.T) > STANDS_WITHIN_M)
+        # What only turns would turn to and fro for ever, but shows what nobody has seen.
+        for allowed in (moves_off, all_of_them):
+            taken = self._first_no_nearer(allowed, stays, near_m / full_m)
+            if taken is not None:
+                return taken
+        return None
+
+    def _first_no_nearer(self, allowed: Candidates, stays: Taken, share: float) -> Taken | None:
+        """The best of some candidates that keeps a share of the margin, and leaves a way out that
+        does."""
         while len(allowed.nodes):
             choice = self.leaving.pick(stays.hazards, allowed, share)
             if choice.basis is Basis.EMERGENCY:
                 return None
             first = int(self.prepared.first_movement[choice.node])
-            leaves = ways.after(first, share=share)
+            leaves = self.ways.after(first, share=share)
             if leaves is not None:
                 choice = replace(choice, basis=Basis.NO_NEARER)
                 return Taken(choice, leaves, stays.banned)
@@ -141,14 +153,15 @@ class FallBack:
         return None
 
     def _wider_m(self, near_m: float) -> float:
-        """By how much the tube of any movement that gains speed is wider than at rest, as far as
-        the body leaves room: no such path comes nearer by that."""
+        """By how much the least tube of a movement that gains speed is wider than at rest, as far
+        as the body leaves room: no such path comes nearer by that."""
         prepared, planner = self.leaving.prepared, self.leaving.planner
         if not planner.automaton.has_inertia:
             return 0.0
-        first = prepared.paths.sagitta_m[prepared.reach_set.parent < 0]
-        wider_m = float(min(first[first > first.min() + NARROWEST_M], default=0.0) - first.min())
-        wider_m = max(wider_m, 0.0)
+        first = prepared.reach_set.parent < 0
+        tubes_m = prepared.paths.sagitta_m[first]
+        gains = np.hypot(*prepared.paths.samples_m[first, -1, :2].T) > STANDS_WITHIN_M
+        wider_m = max(float(min(tubes_m[gains], default=0.0) - tubes_m.min()), 0.0)
         return min(wider_m, max(near_m - planner.settings.body_radius_m, 0.0))
 
     def _beside_intruders(self, taken: Taken) -> Taken | None:
