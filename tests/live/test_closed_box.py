@@ -11,7 +11,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode, Progress
 from clearway.live.outputs.explain import NOT_REACHABLE
-from clearway.live.recovery.no_way import FLIES_ON_S, STAYS_S, closed_or_not
+from clearway.live.routing.no_way import FLIES_ON_S, STAYS_S, closed_or_not
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary

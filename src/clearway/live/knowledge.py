@@ -31,7 +31,7 @@ from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
-from clearway.live.recovery.no_way import closed_or_not
+from clearway.live.routing.no_way import closed_or_not
 from clearway.live.routing.route_map import RouteMap
 from clearway.live.routing.route_maps import RouteMaps
 from clearway.live.routing.route_planner import RoutePlanner
