@@ -140,6 +140,8 @@ def _changed(
     from clearway.missions.mission_file import MissionFile
 
     tables = file.effective()
+    for table, key in file.left_out:
+        tables[table].pop(key, None)
     if seed is not None:
         tables["simulation"]["seed"] = seed
     if rating is not None:

@@ -23,6 +23,12 @@ from clearway.io.what_file import refuse_others
 from clearway.live.mission import Mission
 from clearway.missions.fault_section import FaultsSection
 from clearway.missions.lidar_section import LidarSection
+from clearway.missions.mission_scale import (
+    describe_left_out,
+    left_out,
+    mission_scale,
+    suit_vehicle,
+)
 from clearway.missions.mission_sections import (
     MissionSection,
     PricesSection,
@@ -97,6 +103,31 @@ class MissionFile(Section):
     @classmethod
     def _known_version(cls, data: Any) -> Any:
         return without_version(data)
+
+    @model_validator(mode="after")
+    def _suits_its_vehicle(self) -> Self:
+        vars(self).update(
+            suit_vehicle(self.mission, self.vehicle, self.grid, self.safety, self._known_lidars)
+        )
+        return self
+
+    @property
+    def _known_lidars(self) -> tuple[LidarSection, ...]:
+        """The LiDARs, unless there are sensors of which nobody knows how far they see."""
+        return () if self.sensor else self.lidar
+
+    @property
+    def left_out(self) -> dict[tuple[str, str], float]:
+        """Values that follow from the vehicle, since the file leaves them out, by (table, key)."""
+        return left_out(vars(self))
+
+    @property
+    def scale_note(self) -> str | None:
+        """Which values follow from the vehicle, and from what; None where they are the usual."""
+        if not self.left_out:
+            return None
+        scale = mission_scale(self.mission, self.vehicle, self._known_lidars)
+        return describe_left_out(vars(self), scale)
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:

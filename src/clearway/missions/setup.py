@@ -254,7 +254,8 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         recorded=recorded,
         plant=file.vehicle.to_plant(),
         lies=tuple(lie for lie in lies if lie is not None),
-        notes=maps.notes
+        notes=(() if file.scale_note is None else (file.scale_note,))
+        + maps.notes
         + (recorded.notes if recorded is not None else ())
         + world.notes
         + (() if held is None else (held,)),
