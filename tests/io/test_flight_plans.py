@@ -109,7 +109,7 @@ def test_truncated_plans_are_refused(data_dir, tmp_path, name, share):
 def test_scales_with_the_speed_of_the_plan(tmp_path):
     mission, _ = read(plan(tmp_path, item(22, 0, 0), item(16, 200, 0)))
     assert mission.vehicle.speed_mps == 6.0
-    assert mission.grid.range_m == 72.0
+    assert mission.grid.range_m == 60.0
     assert mission.safety.margin_m == pytest.approx(2.4)
     faster = [item(178, height=0.0), item(22, 0, 0), item(16, 400, 0)]
     faster[0]["params"] = [1, 10, -1, 0, 0, 0, 0]
@@ -217,7 +217,7 @@ def test_keys_of_a_mission_file_take_precedence_over_its_plan(tmp_path):
     mission, said = read(path)
     assert mission.mission.name == "mine"
     assert mission.mission.waypoints_m[0] == pytest.approx((300, 0, 30), abs=0.1)
-    assert (mission.vehicle.speed_mps, mission.grid.range_m) == (10.0, 120.0)
+    assert (mission.vehicle.speed_mps, mission.grid.range_m) == (10.0, 100.0)
     assert mission.safety.margin_m == 7.0
     assert len(mission.obstacle) == 1
     assert "10 m/s is chosen" in said

@@ -22,13 +22,9 @@ from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
 from clearway.live.mission import Mission
 from clearway.missions.fault_section import FaultsSection
+from clearway.missions.left_out import describe_left_out, values_left_out
 from clearway.missions.lidar_section import LidarSection
-from clearway.missions.mission_scale import (
-    describe_left_out,
-    left_out,
-    mission_scale,
-    suit_vehicle,
-)
+from clearway.missions.mission_scale import FOLLOWING, mission_scale, suit_vehicle
 from clearway.missions.mission_sections import (
     MissionSection,
     PricesSection,
@@ -117,17 +113,15 @@ class MissionFile(Section):
         return () if self.sensor else self.lidar
 
     @property
-    def left_out(self) -> dict[tuple[str, str], float]:
-        """Values that follow from the vehicle, since the file leaves them out, by (table, key)."""
-        return left_out(vars(self))
+    def left_out(self) -> dict[str, float]:
+        """Values that the file leaves out and the vehicle decides, by `table.key`."""
+        return values_left_out(FOLLOWING, vars(self))
 
     @property
     def scale_note(self) -> str | None:
-        """Which values follow from the vehicle, and from what; None where they are the usual."""
-        if not self.left_out:
-            return None
+        """Which values follow from the vehicle, and why; None where they are those of 1 m/s."""
         scale = mission_scale(self.mission, self.vehicle, self._known_lidars)
-        return describe_left_out(vars(self), scale)
+        return describe_left_out(FOLLOWING, vars(self), scale)
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:

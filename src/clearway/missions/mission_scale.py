@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -66,24 +66,3 @@ def _sees_m(lidars: Sequence[LidarSection]) -> float | None:
     ]
     stated = [one for one in ranges if one is not None]
     return max(stated) if stated and len(stated) == len(ranges) else None
-
-
-def left_out(tables: Mapping[str, Section]) -> dict[tuple[str, str], float]:
-    """Return the values of keys that follow from the vehicle, by (table, key)."""
-    return {
-        (table, key): getattr(tables[table], key)
-        for table, key in FOLLOWING.items()
-        if key not in tables[table].model_fields_set
-    }
-
-
-def describe_left_out(tables: Mapping[str, Section], scale: Scale | None) -> str | None:
-    """Say which values follow from the vehicle; None where they are those of 1 m/s."""
-    told = [
-        f"{table}.{key} = {value:g}"
-        for (table, key), value in left_out(tables).items()
-        if value != type(tables[table]).model_fields[key].default
-    ]
-    if not told or scale is None:
-        return None
-    return f"left out, and chosen for {scale.why}: {', '.join(told)}"

@@ -27,8 +27,8 @@ VOXEL_OF_MARGIN = 5.0 / 12.0
 """Width of a voxel of free space, as a share of the margin, where the range allows it."""
 MEMORY_REACH, MEMORY_VOXEL = 1.5, 0.2
 """How far away returns are remembered, in ranges of the grid; their voxels, in margins."""
-DIGITS = 3
-"""Of a length: millimetres."""
+PER_M = 1000.0
+"""Lengths are whole millimetres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def scale_of(
         margin_m, reach_m, range_m = MARGIN_M, REACH_RADIUS_M, RANGE_STOPS * stop_m
         least_m, why = stop_m + margin_m, f"stops within {stop_m:.3g} m"
     else:
-        margin_m = max(MARGIN_M, round(MARGIN_MOVEMENTS * step_m, DIGITS))
+        margin_m = max(MARGIN_M, _up(MARGIN_MOVEMENTS * step_m))
         reach_m = max(REACH_RADIUS_M, REACH_MOVEMENTS * step_m, REACH_TURNS * turn_m)
         range_m = max(RANGE_MOVEMENTS * step_m, RANGE_TURNS * turn_m)
         least_m, why = step_m + turn_m + margin_m, f"moves by {step_m:.3g} m"
@@ -102,8 +102,8 @@ def voxel_m(margin_m: float, range_m: float) -> float:
 
 
 def _up(length_m: float) -> float:
-    return math.ceil(length_m * 10**DIGITS - 1e-6) / 10**DIGITS
+    return math.ceil(length_m * PER_M - 1e-6) / PER_M
 
 
 def _down(length_m: float) -> float:
-    return math.floor(length_m * 10**DIGITS + 1e-6) / 10**DIGITS
+    return math.floor(length_m * PER_M + 1e-6) / PER_M
