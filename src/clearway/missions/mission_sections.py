@@ -94,7 +94,7 @@ class VehicleSection(Section):
     """Turn in one movement, in flight."""
     movement_s: Positive = MOVEMENT_S
     """Duration of a movement. Default: [what suits the
-    vehicle](missions.md#what-suits-the-vehicle), the value here up to 17 m/s."""
+    vehicle](missions.md#what-suits-the-vehicle), the value here up to 21 m/s."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
     """Steepest pitch, up and down; of an inertialess vehicle the steepest way ahead. A vehicle that
     it keeps level goes by level distance: waypoints count as reached from above or below."""

@@ -18,6 +18,7 @@ from clearway.live.mission import Mission
 from clearway.live.preflight.doubts import over_level, over_reach, over_span
 from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
 from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.preflight.tight_turns import over_turns
 from clearway.live.routing.route import check_mission
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import mission_maps
@@ -106,6 +107,7 @@ class FlightSetup:
         """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
         told = (
             over_reach(self.mission, self.planner.automaton),
+            over_turns(self.mission, self.planner.automaton),
             over_level(self.mission, self.planner.automaton, self.sensors),
             over_span(self.mission, self.planner),
         )

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.performance import WING
 
 MOVEMENT_S, RANGE_M, MARGIN_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 1.5
 """Of the paper's vehicle."""
-MOST_LATERAL_MPS2 = 9.81 * math.tan(math.radians(25.0))
-"""Acceleration across in a turn, of a bank of 25 degrees: a fast vehicle takes longer to turn."""
+MOST_LATERAL_MPS2 = WING.turn_mps2
+"""Acceleration across in a turn, of a bank of 30 degrees: a fast vehicle takes longer to turn."""
 RANGE_MOVEMENTS, RANGE_TURNS, RANGE_STOPS = 10.0, 2.6, 2.0
 """The range in movements, in turning radii, and in stopping distances of what has inertia."""
 MARGIN_MOVEMENTS = 0.4
@@ -71,15 +72,13 @@ def scale_of(
     apart_m
         The least distance between neighbouring waypoints: no two are reached at once.
     """
-    step_m, turn_m = automaton.step_m, automaton.room_to_turn_m
-    turn_m = turn_m if math.isfinite(turn_m) else 0.0  # Nothing turns: no range would do.
+    step_m, turn_m, reach_m = automaton.step_m, _turn_m(automaton), suited_reach_m(automaton)
     if automaton.has_inertia:
         stop_m = automaton.stopping_m
-        margin_m, reach_m, range_m = MARGIN_M, REACH_RADIUS_M, RANGE_STOPS * stop_m
+        margin_m, range_m = MARGIN_M, RANGE_STOPS * stop_m
         least_m, why = stop_m + margin_m, f"stops within {stop_m:.3g} m"
     else:
         margin_m = max(MARGIN_M, _up(MARGIN_MOVEMENTS * step_m))
-        reach_m = max(REACH_RADIUS_M, REACH_MOVEMENTS * step_m, REACH_TURNS * turn_m)
         range_m = max(RANGE_MOVEMENTS * step_m, RANGE_TURNS * turn_m)
         least_m, why = step_m + turn_m + margin_m, f"moves by {step_m:.3g} m"
     if turn_m:
@@ -87,18 +86,33 @@ def scale_of(
     if sees_m is not None and sees_m < range_m:
         range_m, why = max(sees_m, least_m), f"{why}, sensors that see {sees_m:.3g} m"
     if apart_m < reach_m:
-        reach_m, why = apart_m, f"{why}, waypoints {apart_m:.3g} m apart"
+        reach_m = math.floor(apart_m * PER_M) / PER_M  # No more: neighbours have to differ.
+        why += f", waypoints {apart_m:.3g} m apart"
     return Scale(
         max(RANGE_M, _up(range_m)),
         margin_m,
-        max(REACH_RADIUS_M, _down(reach_m)),
+        max(REACH_RADIUS_M, reach_m),
         f"{automaton.fastest_mps:g} m/s, {why}",
     )
+
+
+def suited_reach_m(automaton: MovementAutomaton) -> float:
+    """Return the reach radius for a vehicle, wherever its waypoints lie."""
+    if automaton.has_inertia:
+        return REACH_RADIUS_M
+    wide_m = max(REACH_MOVEMENTS * automaton.step_m, REACH_TURNS * _turn_m(automaton))
+    return max(REACH_RADIUS_M, _down(wide_m))
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
     """Width of the voxels of free space: fine beside the margin, few along the range."""
     return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
+
+
+def _turn_m(automaton: MovementAutomaton) -> float:
+    """Room to turn; none where nothing turns, since no range would do."""
+    turn_m = automaton.room_to_turn_m
+    return turn_m if math.isfinite(turn_m) else 0.0
 
 
 def _up(length_m: float) -> float:
