@@ -10,7 +10,7 @@ from clearway.base.errors import ClearwayError
 from clearway.io.toml import Section
 from clearway.missions.lidar_section import LidarSection
 from clearway.missions.mission_sections import MissionSection, SafetySection, VehicleSection
-from clearway.missions.sections import GridSection, fill_in
+from clearway.missions.sections import GridSection, fill_left_out
 from clearway.sensors import named_pattern
 from clearway.vehicle.scale import Scale, scale_of
 
@@ -39,9 +39,9 @@ def suit_vehicle(
         return {}
     range_m = {} if grid.range_edges_m is not None else {"range_m": scale.range_m}
     return {
-        "mission": fill_in(mission, reach_radius_m=scale.reach_radius_m),
-        "grid": fill_in(grid, **range_m),
-        "safety": fill_in(safety, margin_m=scale.margin_m),
+        "mission": fill_left_out(mission, reach_radius_m=scale.reach_radius_m),
+        "grid": fill_left_out(grid, **range_m),
+        "safety": fill_left_out(safety, margin_m=scale.margin_m),
     }
 
 

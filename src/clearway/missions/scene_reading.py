@@ -37,7 +37,7 @@ from clearway.missions.scan_fit import (
     refuse_other_axes,
 )
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
-from clearway.missions.sections import fill_in
+from clearway.missions.sections import fill_left_out
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
     BeamPattern,
@@ -195,8 +195,8 @@ def _suited(file: SceneFile) -> tuple[SceneFile, tuple[str, ...]]:
     if file.grid.range_edges_m is None:
         range_m = {"range_m": scale.range_m}
     changed = {
-        "grid": fill_in(file.grid, **range_m),
-        "rating": fill_in(file.rating, safety_margin_m=scale.margin_m),
+        "grid": fill_left_out(file.grid, **range_m),
+        "rating": fill_left_out(file.rating, safety_margin_m=scale.margin_m),
     }
     suited = file.model_copy(update=changed)
     note = describe_left_out(KEYS, vars(suited), scale)

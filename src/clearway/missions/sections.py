@@ -86,7 +86,7 @@ def values_for(target: Any, *sections: Section) -> dict[str, Any]:
     return values
 
 
-def fill_in(section: S, **values: Any) -> S:
+def fill_left_out(section: S, **values: Any) -> S:
     """Return the section with values in place of keys that were left out, which still count so."""
     left_out = {key: value for key, value in values.items() if key not in section.model_fields_set}
     filled = section.model_copy()
