@@ -10,26 +10,27 @@ TURN_STEP_DEG = 15.0
 PROSE = """
 ### What suits the vehicle
 
-Four keys follow from the vehicle where a mission, a flight plan or a scene leaves them out. One rule
-serves all of them, so links to a vehicle too. `clearway` prints the values that it chose, and the
-`mission.toml` of the run states them. Keys that are given win.
+Four keys follow from the vehicle where a mission, a flight plan or a scene leaves them out. One
+rule serves all of them, so links to a vehicle too. `clearway` prints the values that it chose, and
+the `mission.toml` of the run states them. Keys that are given win.
 
-A *movement* is what a plane, or an inertialess vehicle, flies in `movement_s`. A multirotor brakes, and its
-tube grows with its speed, so its margin and reach radius need not.
+A *movement* is what a plane, or an inertialess vehicle, flies in `movement_s`. A multirotor
+brakes, and its tube grows with its speed, so its margin and reach radius need not.
 
 | key | plane | multirotor |
 | --- | --- | --- |
-| `vehicle.movement_s` | 1 s, or as long as `turn_step_deg` takes at a bank of 30 degrees | follows from speed and acceleration |
+| `vehicle.movement_s` | 1 s, or longer for a bank of 30 degrees | by acceleration |
 | `grid.range_m` | 10 movements, or 2.6 turning radii where that is more | 2 stopping distances |
 | `safety.margin_m` | 0.4 movements | 0.6 m |
 | `mission.reach_radius_m` | 1.5 movements, or 0.39 turning radii where that is more | 1.5 m |
 | voxels of free space | 5/12 of the margin, within a 60th and a 40th of the range | as a plane |
 | memory of returns | 1.5 ranges, in voxels of a fifth of the margin | as a plane |
 
-None of them is less than at 1 m/s. Where every sensor states its range, `grid.range_m` is no longer than the
-longest, unless turning or stopping needs more. The reach radius is no larger than the least distance
-between two waypoints. An inertialess vehicle needs no room to turn; the rest is as for a plane. A scene has movements
-of 1 s, and follows this rule where it states a speed. With the default turns and accelerations:
+None of them is less than at 1 m/s. Where every sensor states its range, `grid.range_m` is no
+longer than the longest, unless turning or stopping needs more. The reach radius is no larger than
+the least distance between two waypoints. An inertialess vehicle needs no room to turn; the rest is
+as for a plane. A scene has movements of 1 s, and follows this rule where it states a speed. With
+the default turns and accelerations:
 
 """
 

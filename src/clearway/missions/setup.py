@@ -229,7 +229,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     """
     refuse_absent_files(file)
     grid, automaton = file.grid.to_grid(), file.vehicle.to_automaton()
-    _check_scale(file, automaton, grid)
+    check_scale(file, automaton, grid)
     library = ReachLibrary.load_or_build(
         automaton, grid, method=file.reach_set.method, notice=notice
     )
@@ -271,7 +271,7 @@ def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
     return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 
 
-def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
+def check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
     """Refuse movements that are out of proportion to what the vehicle sees."""
     step, needed = automaton.step_m, automaton.room_to_turn_m + file.safety.margin_m
     if grid.range_m > MOST_MOVEMENTS * step:
