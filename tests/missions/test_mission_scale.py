@@ -77,6 +77,13 @@ def test_at_1_mps_nothing_is_chosen(kind):
     assert file.scale_note is None
 
 
+def test_nothing_is_said_of_keys_that_do_not_count():
+    fast = mission(vehicle={"kind": "multirotor", "speed_mps": 30.0})
+    assert fast.left_out.keys() == {"grid.range_m", "safety.margin_m", "mission.reach_radius_m"}
+    assert "movement_s" not in (fast.scale_note or "")
+    assert "grid.range_m" not in mission(grid={"range_edges_m": [0, 10, 40]}).left_out
+
+
 def test_edges_of_layers_and_sensors_of_ones_own_are_left_as_they_are():
     edges = mission(vehicle={"speed_mps": 5.0}, grid={"range_edges_m": [0, 10, 40]})
     assert edges.grid.to_grid().range_m == 40.0

@@ -141,7 +141,7 @@ def _changed(
 
     tables = file.effective()
     for table, key in (name.split(".") for name in file.left_out):
-        tables[table].pop(key, None)
+        del tables[table][key]
     if seed is not None:
         tables["simulation"]["seed"] = seed
     if rating is not None:

@@ -9,15 +9,20 @@ from clearway.vehicle.scale import Scale
 
 
 def values_left_out(keys: Mapping[str, str], tables: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values of keys that the tables leave out, as `table.key`.
+    """Return the values of keys that the tables leave out and that count, as `table.key`.
 
     keys: one of each table, by its name.
     """
     return {
         f"{table}.{key}": getattr(tables[table], key)
         for table, key in keys.items()
-        if key not in tables[table].model_fields_set
+        if key not in tables[table].model_fields_set and _counts(tables[table], key)
     }
+
+
+def _counts(table: Any, key: str) -> bool:
+    """Whether a key says anything, beside others that take its place."""
+    return not hasattr(table, "effective") or key in table.effective()
 
 
 def describe_left_out(
