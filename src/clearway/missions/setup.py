@@ -42,12 +42,11 @@ from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.scale import MOST_MOVEMENTS
 
 if TYPE_CHECKING:
     from clearway.live.guard.guardian import Guardian
 
-MOST_MOVEMENTS = 100
-"""Movements that may fit in the range of the grid: more make trees that nobody needs."""
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 

@@ -20,6 +20,8 @@ MOST_LATERAL_MPS2 = WING.turn_mps2
 """Acceleration across in a turn, of a bank of 30 degrees: a fast vehicle takes longer to turn."""
 RANGE_MOVEMENTS, RANGE_TURNS, RANGE_STOPS = 10.0, 2.6, 2.0
 """The range in movements, in turning radii, and in stopping distances of what has inertia."""
+MOST_MOVEMENTS = 100
+"""Movements that may fit in a range: more make trees that nobody needs."""
 MARGIN_MOVEMENTS = 0.4
 """The margin of what changes its course at once; a tube that grows with speed has its own."""
 REACH_MOVEMENTS, REACH_TURNS = 1.5, 0.39
@@ -79,12 +81,12 @@ def scale_of(
         least_m, why = stop_m + margin_m, f"stops within {stop_m:.3g} m"
     else:
         margin_m = max(MARGIN_M, _up(MARGIN_MOVEMENTS * step_m))
-        range_m = max(RANGE_MOVEMENTS * step_m, RANGE_TURNS * turn_m)
+        range_m = max(RANGE_MOVEMENTS * step_m, min(RANGE_TURNS * turn_m, MOST_MOVEMENTS * step_m))
         least_m, why = step_m + turn_m + margin_m, f"moves by {step_m:.3g} m"
     if turn_m:
         why += f" and turns within {turn_m:.3g} m"
     if sees_m is not None and sees_m < range_m:
-        range_m, why = max(sees_m, least_m), f"{why}, sensors that see {sees_m:.3g} m"
+        range_m, why = max(sees_m, least_m + 1.0 / PER_M), f"{why}, sensors that see {sees_m:.3g} m"
     if apart_m < reach_m:
         reach_m = math.floor(apart_m * PER_M) / PER_M  # No more: neighbours have to differ.
         why += f", waypoints {apart_m:.3g} m apart"
