@@ -338,3 +338,20 @@ def test_bad_waypoint_files_name_the_line(tmp_path, text, cause):
     with pytest.raises(InputError) as refused:
         read(path)
     assert cause in str(refused.value)
+
+
+def test_the_vehicle_of_a_mission_decides_which_waypoints_of_its_plan_are_one(tmp_path):
+    """A plane of 6 m/s counts as there within 9 m, a multirotor within 1.5 m."""
+    plan(tmp_path, item(22, 0, 0), item(16, 100, 0), item(16, 100, 5), item(16, 0, 5))
+    path = tmp_path / "own.toml"
+    for vehicle, goals, reach_m in (
+        ("", 2, 9.0),
+        ('[vehicle]\nkind = "multirotor"\n', 3, 1.5),
+        ("reach_radius_m = 4\n", 3, 4.0),
+        ("[vehicle]\nspeed_mps = 3\n", 3, 4.5),
+    ):
+        path.write_text(f'[mission]\nplan = "made.plan"\n{vehicle}')
+        mission, said = read(path)
+        assert len(mission.mission.waypoints_m) == goals, vehicle
+        assert mission.mission.reach_radius_m == reach_m
+        assert ("within the reach radius" in said) == (goals == 2)
