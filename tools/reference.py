@@ -32,6 +32,7 @@ from clearway.sim.run import METRICS
 from clearway.traffic.volumes import VOLUME_SETS
 from tools.format_tables import PARTS
 from tools.models import meanings_of, purpose_of
+from tools.scale_table import scale_section
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "missions.md"
 
@@ -150,6 +151,7 @@ def page() -> str:
         HEAD,
         MISSIONS.format(names=names),
         *_tables(MissionFile, "", described),
+        scale_section(),
         SCENES,
         *_tables(SceneFile, "", described),
         NAMES,

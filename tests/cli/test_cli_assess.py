@@ -153,7 +153,10 @@ def test_points_that_are_not_finite_are_counted_on_standard_error(tmp_path: Path
         ("[grid\n", "no valid TOML"),
         ("[scan]\nfile = 'absent.pcd'\n", "absent.pcd: cannot be read: No such file"),
         ("[reach_set]\nspeed_mps = 0.01\n", "reach set: 0.01 m/s need 1,000 movements"),
-        ("[reach_set]\nspeed_mps = 999\n", "at most 100 m/s are rated, 10 times its range"),
+        (
+            "[grid]\nrange_m = 10\n[reach_set]\nspeed_mps = 999\n",
+            "at most 100 m/s are rated, 10 times its range",
+        ),
     ],
 )
 def test_bad_scene_files(tmp_path: Path, text: str, message: str) -> None:

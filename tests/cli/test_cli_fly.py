@@ -153,7 +153,7 @@ BAD = {
         "too short for a grid of",
     ),
     "too fast to turn away": (
-        SHORT + "\n[vehicle]\nspeed_mps = 20\n",
+        SHORT + "\n[vehicle]\nspeed_mps = 20\n[grid]\nrange_m = 10\n",
         "grid.range_m",
         "turning radius",
     ),

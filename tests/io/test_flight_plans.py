@@ -109,7 +109,7 @@ def test_truncated_plans_are_refused(data_dir, tmp_path, name, share):
 def test_scales_with_the_speed_of_the_plan(tmp_path):
     mission, _ = read(plan(tmp_path, item(22, 0, 0), item(16, 200, 0)))
     assert mission.vehicle.speed_mps == 6.0
-    assert mission.grid.range_m == 72.0
+    assert mission.grid.range_m == 60.0
     assert mission.safety.margin_m == pytest.approx(2.4)
     faster = [item(178, height=0.0), item(22, 0, 0), item(16, 400, 0)]
     faster[0]["params"] = [1, 10, -1, 0, 0, 0, 0]
@@ -217,7 +217,7 @@ def test_keys_of_a_mission_file_take_precedence_over_its_plan(tmp_path):
     mission, said = read(path)
     assert mission.mission.name == "mine"
     assert mission.mission.waypoints_m[0] == pytest.approx((300, 0, 30), abs=0.1)
-    assert (mission.vehicle.speed_mps, mission.grid.range_m) == (10.0, 120.0)
+    assert (mission.vehicle.speed_mps, mission.grid.range_m) == (10.0, 100.0)
     assert mission.safety.margin_m == 7.0
     assert len(mission.obstacle) == 1
     assert "10 m/s is chosen" in said
@@ -338,3 +338,20 @@ def test_bad_waypoint_files_name_the_line(tmp_path, text, cause):
     with pytest.raises(InputError) as refused:
         read(path)
     assert cause in str(refused.value)
+
+
+def test_the_vehicle_of_a_mission_decides_which_waypoints_of_its_plan_are_one(tmp_path):
+    """A plane of 6 m/s counts as there within 9 m, a multirotor within 1.5 m."""
+    plan(tmp_path, item(22, 0, 0), item(16, 100, 0), item(16, 100, 5), item(16, 0, 5))
+    path = tmp_path / "own.toml"
+    for vehicle, goals, reach_m in (
+        ("", 2, 9.0),
+        ('[vehicle]\nkind = "multirotor"\n', 3, 1.5),
+        ("reach_radius_m = 4\n", 3, 4.0),
+        ("[vehicle]\nspeed_mps = 3\n", 3, 4.5),
+    ):
+        path.write_text(f'[mission]\nplan = "made.plan"\n{vehicle}')
+        mission, said = read(path)
+        assert len(mission.mission.waypoints_m) == goals, vehicle
+        assert mission.mission.reach_radius_m == reach_m
+        assert ("within the reach radius" in said) == (goals == 2)

@@ -181,7 +181,7 @@ def test_a_waypoint_in_a_narrow_slot_is_refused() -> None:
     reasons = check_mission([np.zeros(3), AHEAD], ObstacleMap(slot), MARGIN_M, REACH_M)
     assert len(reasons) == 1
     assert "is 0.30 m from obstacle" in reasons[0]
-    assert "no place within 1.5 m" in reasons[0]
+    assert "no place within 1.5 m of it has that; 0.3 m would do" in reasons[0]
 
 
 def test_a_start_nearer_than_the_margin_finds_its_way_out() -> None:

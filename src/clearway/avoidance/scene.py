@@ -44,6 +44,7 @@ from clearway.traffic import (
 )
 from clearway.traffic.models.cells import Accuracy
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.scale import Scale, scale_of
 
 VehicleKind: TypeAlias = Literal["plane", "multirotor", "inertialess"]
 DEFAULT_MPS2 = 3.0
@@ -100,6 +101,26 @@ class ReachSettings:
     """Own speed ahead of a multirotor; None for its greatest."""
     acceleration_mps2: float = DEFAULT_MPS2
     """Greatest of a multirotor."""
+
+    def build_automaton(self, speed_mps: float) -> MovementAutomaton:
+        """What the vehicle can do at a speed."""
+        if self.kind == "multirotor":
+            return MovementAutomaton.multirotor(
+                speed_mps=speed_mps, acceleration_mps2=self.acceleration_mps2
+            )
+        if self.kind == "inertialess":
+            return MovementAutomaton.inertialess(
+                speed_mps, self.turn_step_deg, steepest_deg=self.pitch_limit_deg
+            )
+        return MovementAutomaton.plane(
+            speed_mps, self.turn_step_deg, pitch_limit_deg=self.pitch_limit_deg
+        )
+
+    @property
+    def scale(self) -> Scale | None:
+        """Range and margin that suit the vehicle; None without its speed, for then the range of the
+        grid says that."""
+        return None if self.speed_mps is None else scale_of(self.build_automaton(self.speed_mps))
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,9 +300,7 @@ def situation_of(scene: Scene) -> Situation:
 def build_scene_automaton(scene: Scene) -> MovementAutomaton:
     """What the vehicle of its reach set can do; raises ClearwayError where no grid is for it."""
     if scene.reach.kind == "multirotor":
-        return MovementAutomaton.multirotor(
-            speed_mps=scene.speed_mps, acceleration_mps2=scene.reach.acceleration_mps2
-        )
+        return scene.reach.build_automaton(scene.speed_mps)
     movements = scene.grid.range_m / scene.speed_mps
     if movements > MOST_MOVEMENTS:
         raise ClearwayError(
@@ -294,14 +313,7 @@ def build_scene_automaton(scene: Scene) -> MovementAutomaton:
             f"in {movements:.3g} s; at most {FARTHEST_OUT * scene.grid.range_m:g} m/s are rated, "
             f"{FARTHEST_OUT} times its range in a movement of 1 s"
         )
-    settings = scene.reach
-    if settings.kind == "inertialess":
-        return MovementAutomaton.inertialess(
-            scene.speed_mps, settings.turn_step_deg, steepest_deg=settings.pitch_limit_deg
-        )
-    return MovementAutomaton.plane(
-        scene.speed_mps, settings.turn_step_deg, pitch_limit_deg=settings.pitch_limit_deg
-    )
+    return scene.reach.build_automaton(scene.speed_mps)
 
 
 def load_scene_reach_set(scene: Scene, notice: Notice | None = None) -> ReachSet:

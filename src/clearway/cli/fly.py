@@ -106,7 +106,7 @@ def fly(
     scans = ScanFile() if raw_scans and mcap else None
     run = flown_with_bar(setup, planner, beside, scans)
     if as_json:
-        print_json(run.summary() | {"notes": list(notes)})
+        print_json(run.summary() | {"notes": list(notes), "chosen": file.left_out})
     else:
         print_words(_in_words(run))
     write_flight(run, setup, file, folder, mcap=mcap, parquet=parquet, scans=scans or ())
@@ -140,6 +140,8 @@ def _changed(
     from clearway.missions.mission_file import MissionFile
 
     tables = file.effective()
+    for table, key in (name.split(".") for name in file.left_out):
+        del tables[table][key]
     if seed is not None:
         tables["simulation"]["seed"] = seed
     if rating is not None:

@@ -51,10 +51,11 @@ def assess(
 
     seen: a scan, scans of several LiDARs, the file of a scan, or a scene file (TOML), which states
     all else itself. No scan at all, `[]`, leaves everything visible (4.19). grid: cells in the
-    body frame of the vehicle; by default the paper's, 10 m deep. lidar: of the scan; by default
-    what `read_scan` found, or estimated from the points. state: own pose in the world frame; by
-    default the recorded one, else level at the origin. obstacle_map and intruders: world frame,
-    metres; intruders as reported, predicted to the time of the state. speed_mps: of the vehicle
+    body frame of the vehicle; by default the paper's, as deep as suits speed_mps, else 10 m. lidar:
+    of the scan; by default what `read_scan` found, or estimated from the points. state: own pose in
+    the world frame; by default the recorded one, else level at the origin. obstacle_map and
+    intruders: world frame, metres; intruders as reported, predicted to the time of the state.
+    speed_mps: of the vehicle
     whose trajectories are rated; by default one layer a second. vehicle: "inertialess" (stops at
     once), "multirotor" (accelerates and brakes) or "plane" (keeps its speed); by default the first
     for a scan of a file, else a plane.
@@ -83,6 +84,10 @@ def assess(
         raise ClearwayError("lidar: of one scan; scans of several come from read_scan")
     for scan in scans:
         _tell(notice, scan.notes if isinstance(scan, RecordedScan) else ())
+    reach = ReachSettings(vehicle or _assumed(scans), speed_mps=speed_mps)
+    if reach.scale is not None:
+        grid = grid or AvoidanceGrid.uniform(reach.scale.range_m)
+        settings = settings or AvoidanceSettings(safety_margin_m=reach.scale.margin_m)
     settings = settings or AvoidanceSettings()
     models = settings.intruder_models
     scene = Scene(
@@ -92,7 +97,7 @@ def assess(
         obstacle_map=obstacle_map or ObstacleMap(),
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
         traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
-        reach=ReachSettings(vehicle or _assumed(scans), speed_mps=speed_mps),
+        reach=reach,
         rating=RatingSettings.of(settings),
     )
     _check_times(scene)

@@ -22,7 +22,9 @@ from clearway.io.toml import Section, parse_model, read_model, read_toml
 from clearway.io.what_file import refuse_others
 from clearway.live.mission import Mission
 from clearway.missions.fault_section import FaultsSection
+from clearway.missions.left_out import describe_left_out, values_left_out
 from clearway.missions.lidar_section import LidarSection
+from clearway.missions.mission_scale import FOLLOWING, mission_scale, suit_vehicle
 from clearway.missions.mission_sections import (
     MissionSection,
     PricesSection,
@@ -97,6 +99,29 @@ class MissionFile(Section):
     @classmethod
     def _known_version(cls, data: Any) -> Any:
         return without_version(data)
+
+    @model_validator(mode="after")
+    def _suits_its_vehicle(self) -> Self:
+        vars(self).update(
+            suit_vehicle(self.mission, self.vehicle, self.grid, self.safety, self._known_lidars)
+        )
+        return self
+
+    @property
+    def _known_lidars(self) -> tuple[LidarSection, ...]:
+        """The LiDARs, unless there are sensors of which nobody knows how far they see."""
+        return () if self.sensor else self.lidar
+
+    @property
+    def left_out(self) -> dict[str, float]:
+        """Values that the file leaves out and the vehicle decides, by `table.key`."""
+        return values_left_out(FOLLOWING, vars(self))
+
+    @property
+    def scale_note(self) -> str | None:
+        """Which values follow from the vehicle, and why; None where they are those of 1 m/s."""
+        scale = mission_scale(self.mission, self.vehicle, self._known_lidars)
+        return describe_left_out(FOLLOWING, vars(self), scale)
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:

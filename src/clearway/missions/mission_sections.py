@@ -26,6 +26,7 @@ from clearway.sensors import COMBINE_RULES
 from clearway.sensors.cells.detection import RULES
 from clearway.sim.plants import PLANTS, PlantKind
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.scale import MARGIN_M, MOVEMENT_S, REACH_RADIUS_M, movement_s
 
 OF_INERTIALESS = ("spot_turn_deg", "slow_mps")
 OF_MULTIROTORS = ("acceleration_mps2", "sink_mps", "yaw_rate_deg_s", "lag_s", "gusts_mps")
@@ -57,10 +58,11 @@ class MissionSection(Section):
     origin_geodetic: OnEarth | None = None
     """Latitude and longitude in degrees, height above sea level in metres, of the world's origin;
     x is then east and y north. Default: the middle of the first map file, if there is one."""
-    reach_radius_m: Positive = 1.5
-    """A waypoint is reached within this distance; 0.4 turning radii serve well. With less
-    than half a movement, or an eighth of the turning radius, it may be circled for ever, which is
-    said before take-off."""
+    reach_radius_m: Positive = REACH_RADIUS_M
+    """A waypoint is reached within this distance. Default: [what suits the
+    vehicle](missions.md#what-suits-the-vehicle), the value here at 1 m/s. With less than half a
+    movement, or an eighth of the turning radius, it may be circled for ever, which is said before
+    take-off."""
     landing_m: Points = ()
     """Points of the landing sequence, after the last waypoint. It ends where the vehicle comes
     nearest to the last one, within `reach_radius_m`."""
@@ -90,8 +92,9 @@ class VehicleSection(Section):
     """A plane keeps it throughout; of the other kinds it is the greatest."""
     turn_step_deg: float = Field(default=15.0, gt=0.0, le=90.0)
     """Turn in one movement, in flight."""
-    movement_s: Positive = 1.0
-    """Duration of a movement."""
+    movement_s: Positive = MOVEMENT_S
+    """Duration of a movement. Default: [what suits the
+    vehicle](missions.md#what-suits-the-vehicle), the value here up to 21 m/s."""
     pitch_limit_deg: float = Field(default=30.0, ge=0.0, lt=90.0)
     """Steepest pitch, up and down; of an inertialess vehicle the steepest way ahead. A vehicle that
     it keeps level goes by level distance: waypoints count as reached from above or below."""
@@ -145,6 +148,12 @@ class VehicleSection(Section):
                 )
         if self.slow_mps and len(set(self.slow_mps)) < len(self.slow_mps):
             raise ValueError(f"slow_mps: speeds must differ, got {list(self.slow_mps)}")
+        return self
+
+    @model_validator(mode="after")
+    def _turns_without_too_steep_a_bank(self) -> Self:
+        if "movement_s" not in self.model_fields_set:
+            vars(self)["movement_s"] = movement_s(self.speed_mps, self.turn_step_deg)
         return self
 
     def _refuse_keys_of_other_kinds(self) -> None:
@@ -230,9 +239,10 @@ class ReachSetSection(Section):
 class SafetySection(Section):
     """`[safety]`: what to keep clear by."""
 
-    margin_m: Positive = 0.6
+    margin_m: Positive = MARGIN_M
     """From the vehicle's centre to any obstacle's surface; but where `off` is flown,
-    `vehicle.body_radius_m` at least is kept."""
+    `vehicle.body_radius_m` at least is kept. Default: [what suits the
+    vehicle](missions.md#what-suits-the-vehicle), the value here at 1 m/s."""
     conservative_turning_radius_m: Positive | None = None
     """Turning radius of (6.14), for the picture only; default: the automaton's."""
     sigmas: NotNegative = 3.0

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
 from clearway.base.checks import geodetic_problem
-from clearway.base.errors import InputError, naming
+from clearway.base.errors import ClearwayError, InputError, naming
 from clearway.io.foreign_errors import damage_told
 from clearway.io.plans.fence_file import read_fence, read_rally
-from clearway.io.plans.flight_plan import FlightPlan, as_mission
+from clearway.io.plans.flight_plan import FlightPlan, as_mission, reach_of_plane
 from clearway.io.plans.kml_plan import read_kml, read_kmz
 from clearway.io.plans.qgc_plan import read_plan
 from clearway.io.plans.waypoint_file import read_waypoints
+from clearway.missions.mission_sections import VehicleSection
+from clearway.vehicle.scale import scale_of
 
 
 class PlanFormat(NamedTuple):
@@ -78,17 +82,18 @@ def planned_tables(
     origin: tuple[float, float, float] | None = None,
     *,
     own_goals: bool = False,
+    reach_m: Callable[[float], float] = reach_of_plane,
 ) -> dict[str, Any]:
     """Tables of a mission file that flies a plan, at a speed in place of the plan's if it is given.
 
-    origin, own_goals: what the mission itself says, as of `as_mission`. notice: called with what
-    was assumed or left out.
+    origin, own_goals, reach_m: what the mission itself says, as of `as_mission`. notice: called
+    with what was assumed or left out.
     """
     read = plan_reader(path)
     if read is None:
         raise InputError(str(path), f"no flight plan; valid: {', '.join(PLANS)}")
     with damage_told(path, "flight plan"):
-        converted = as_mission(read(path), speed_mps, origin, own_goals=own_goals)
+        converted = as_mission(read(path), speed_mps, origin, own_goals=own_goals, reach_m=reach_m)
     if notice is not None:
         for note in converted.notes:
             notice(f"{path}: {note}")
@@ -114,14 +119,33 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
         notice,
         _place_of(mission.get("origin_geodetic")),
         own_goals=bool(mission.get("waypoints_m")),
+        reach_m=_reach_by_speed(mission.get("reach_radius_m"), tables.get("vehicle", {})),
     )
     own = {key: value for key, value in mission.items() if key != "plan"}
     merged = {**planned, **tables}
     for name in shared:
-        merged[name] = {**planned[name], **(own if name == "mission" else tables.get(name, {}))}
+        merged[name] = {
+            **planned.get(name, {}),
+            **(own if name == "mission" else tables.get(name, {})),
+        }
     if isinstance(tables.get("obstacle", []), list):
         merged["obstacle"] = [*planned["obstacle"], *tables.get("obstacle", [])]
     return merged
+
+
+def _reach_by_speed(stated: object, vehicle: Mapping[str, Any]) -> Callable[[float], float]:
+    """The reach radius of a mission, by speed: stated, or as suits its vehicle."""
+    if isinstance(stated, (int, float)):
+        return lambda _speed_mps: float(stated)
+
+    def of_vehicle(speed_mps: float) -> float:
+        try:
+            section = VehicleSection.model_validate({**vehicle, "speed_mps": speed_mps})
+            return scale_of(section.to_automaton()).reach_radius_m
+        except (ValidationError, ClearwayError):  # Told where the whole mission is checked.
+            return reach_of_plane(speed_mps)
+
+    return of_vehicle
 
 
 def _place_of(stated: object) -> tuple[float, float, float] | None:

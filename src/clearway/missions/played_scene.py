@@ -22,13 +22,12 @@ from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import SceneInput, cloud_notes, lidar_of, open_section
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.sensors import Lidar, Scan
+from clearway.vehicle.scale import suited_reach_m
 
 NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
 OUT_OF_ORDER, AHEAD_OF_TIME = "not later than the one before", "later than the one after it"
 ONE_SCAN_S = 1e-3
 """Memory of a vehicle that may have moved, nobody knows where to."""
-REACH_RADIUS = 1.5
-"""Within which a waypoint counts as reached, in movements of 1 s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +131,7 @@ def _system(
     mission = mission_along(
         states or [replace(scene.state, time_s=start_s)],
         scene.grid.range_m,
-        REACH_RADIUS * scene.speed_mps,
+        suited_reach_m(automaton),
     )
     system = AvoidanceSystem(
         planner,

@@ -27,6 +27,7 @@ from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 from clearway.io.scans.usable import read_usable
 from clearway.io.toml import parse_model, read_toml
+from clearway.missions.left_out import describe_left_out
 from clearway.missions.scan_fit import (
     airframe_notes,
     corner_notes,
@@ -36,6 +37,7 @@ from clearway.missions.scan_fit import (
     refuse_other_axes,
 )
 from clearway.missions.scene_file import ScanSection, SceneFile, SimulateSection
+from clearway.missions.sections import fill_left_out
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import (
     BeamPattern,
@@ -47,6 +49,9 @@ from clearway.sensors import (
     simulate_scan,
 )
 from clearway.sensors.beams.pattern import MOST_BEAMS
+
+KEYS = {"grid": "range_m", "rating": "safety_margin_m"}
+"""The key of each table that follows from a speed that is stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,9 +96,10 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
 def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
     """The scene of plain tables; `folder` is where relative paths in them start."""
     file = parse_model(source, tables, SceneFile, folder)
+    file, chosen = _suited(file)
     measured = _measured(folder, file.scan)
     state = _state(file, measured)
-    seen, notes = None, _notes_of(measured)
+    seen, notes = None, (*chosen, *_notes_of(measured))
     if measured is not None and file.scan is not None:
         seen = _seen(source, file.scan, measured)
         points_m, mounting = measured.cloud.points_m, seen.lidar.mounting
@@ -179,6 +185,22 @@ def _traffic(file: SceneFile, now_s: float) -> tuple[SceneIntruder, ...]:
 def _rating(file: SceneFile) -> RatingSettings:
     stated = file.rating.model_dump()
     return RatingSettings(rating=stated.pop("name"), **stated)
+
+
+def _suited(file: SceneFile) -> tuple[SceneFile, tuple[str, ...]]:
+    """The file with the range and margin that suit the speed it states, and a note of them."""
+    scale, range_m = _reach_settings(file).scale, {}
+    if scale is None:
+        return file, ()
+    if file.grid.range_edges_m is None:
+        range_m = {"range_m": scale.range_m}
+    changed = {
+        "grid": fill_left_out(file.grid, **range_m),
+        "rating": fill_left_out(file.rating, safety_margin_m=scale.margin_m),
+    }
+    suited = file.model_copy(update=changed)
+    note = describe_left_out(KEYS, vars(suited), scale)
+    return suited, () if note is None else (note,)
 
 
 def _reach_settings(file: SceneFile) -> ReachSettings:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -19,6 +19,7 @@ from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.obstacles.obstacle import Obstacle, ObstacleShape
 from clearway.traffic.models.combined import MODELS
+from clearway.vehicle.scale import RANGE_M
 
 Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 Point = Annotated[tuple[float, float, float], Field(strict=False)]
@@ -33,6 +34,7 @@ Attitude = Annotated[tuple[Turn, Turn, Turn], Field(strict=False)]
 ModelName = Annotated[str, OneOf(MODELS, without=("tube", "lattice"))]
 MOST_CELLS = 100_000
 MOST_RANGE_M = 1e6
+S = TypeVar("S", bound=Section)
 
 
 def _on_earth(place: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -84,11 +86,20 @@ def values_for(target: Any, *sections: Section) -> dict[str, Any]:
     return values
 
 
+def fill_left_out(section: S, **values: Any) -> S:
+    """Return the section with values in place of keys that were left out, which still count so."""
+    left_out = {key: value for key, value in values.items() if key not in section.model_fields_set}
+    filled = section.model_copy()
+    vars(filled).update(left_out)
+    return filled
+
+
 class GridSection(Section):
     """`[grid]`: even cells, or edges; without any key the paper's 10 x 7 x 5 cells to 10 m."""
 
-    range_m: float | Numbers = 10.0
-    """Outer radius, or [near, far]; more than two numbers are the edges themselves."""
+    range_m: float | Numbers = RANGE_M
+    """Outer radius, or [near, far]; more than two numbers are the edges themselves. Default:
+    [what suits the vehicle](missions.md#what-suits-the-vehicle), the value here at 1 m/s."""
     layers: Count = 10
     """Layers from near to far."""
     azimuth_deg: float | Numbers = 45.0

@@ -18,6 +18,7 @@ from clearway.live.mission import Mission
 from clearway.live.preflight.doubts import over_level, over_reach, over_span
 from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
 from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.preflight.tight_turns import over_turns
 from clearway.live.routing.route import check_mission
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.mission_maps import mission_maps
@@ -41,12 +42,11 @@ from clearway.sim.pilot import D, Pilot, Steering
 from clearway.sim.plants import PlantKind
 from clearway.sim.scripted import AirTraffic, ScriptedIntruder, Traffic, TrafficSettings
 from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.scale import MOST_MOVEMENTS
 
 if TYPE_CHECKING:
     from clearway.live.guard.guardian import Guardian
 
-MOST_MOVEMENTS = 100
-"""Movements that may fit in the range of the grid: more make trees that nobody needs."""
 Notice = Callable[[str], None]
 """Called with a sentence for the user."""
 
@@ -106,6 +106,7 @@ class FlightSetup:
         """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
         told = (
             over_reach(self.mission, self.planner.automaton),
+            over_turns(self.mission, self.planner.automaton),
             over_level(self.mission, self.planner.automaton, self.sensors),
             over_span(self.mission, self.planner),
         )
@@ -227,7 +228,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     """
     refuse_absent_files(file)
     grid, automaton = file.grid.to_grid(), file.vehicle.to_automaton()
-    _check_scale(file, automaton, grid)
+    check_scale(file, automaton, grid)
     library = ReachLibrary.load_or_build(
         automaton, grid, method=file.reach_set.method, notice=notice
     )
@@ -254,7 +255,8 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         recorded=recorded,
         plant=file.vehicle.to_plant(),
         lies=tuple(lie for lie in lies if lie is not None),
-        notes=maps.notes
+        notes=(() if file.scale_note is None else (file.scale_note,))
+        + maps.notes
         + (recorded.notes if recorded is not None else ())
         + world.notes
         + (() if held is None else (held,)),
@@ -268,7 +270,7 @@ def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
     return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 
 
-def _check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
+def check_scale(file: MissionFile, automaton: MovementAutomaton, grid: AvoidanceGrid) -> None:
     """Refuse movements that are out of proportion to what the vehicle sees."""
     step, needed = automaton.step_m, automaton.room_to_turn_m + file.safety.margin_m
     if grid.range_m > MOST_MOVEMENTS * step:

@@ -130,6 +130,19 @@ def turning_radius_m(automaton: Moving) -> float:
     return min(radii, default=float("inf"))
 
 
+def stopping_m(automaton: Moving) -> float:
+    """Way to a stop from the greatest speed, of classes of speed, after one movement at it; else
+    0."""
+    classes = automaton.classes
+    if classes is None or not classes.has_speeds:
+        return 0.0
+    then = classes.speed_mps[np.maximum(classes.following, 0)]
+    lost = np.where(classes.following >= 0, classes.speed_mps[:, None] - then, 0.0)
+    lasts_s, fastest = automaton.movements[0].duration_s, automaton.fastest_mps
+    brakes_mps2 = float(lost.max()) / lasts_s
+    return fastest * lasts_s + 0.5 * fastest**2 / brakes_mps2
+
+
 def stays_level(automaton: Moving) -> bool:
     """Whether no movement leads out of level flight."""
     return bool(np.all(np.abs(automaton.level_ends[:, 2:5]) <= PITCH_TOLERANCE_RAD))

@@ -334,6 +334,12 @@ class MovementAutomaton:
         return 0.0 if self.can_stop else self.turning_radius_m
 
     @cached_property
+    def stopping_m(self) -> float:
+        """Way to a stop from the greatest speed, with the movement before it is decided; of what
+        changes its speed at once, or never stops, 0."""
+        return abilities.stopping_m(self)
+
+    @cached_property
     def turning_radius_m(self) -> float:
         """Smallest v / omega of the level turns; inf when nothing turns in flight."""
         return abilities.turning_radius_m(self)

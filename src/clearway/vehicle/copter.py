@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -193,6 +193,7 @@ class _Lattice:
         )
 
 
+@lru_cache(maxsize=8)
 def build_copter(limits: CopterLimits) -> tuple[tuple[Movement, ...], ClassTable]:
     """Movements of a copter with inertia, and what they do in every class of motion.
 

@@ -7,7 +7,7 @@ height that it takes off to, and ends in the air above the place to land at.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,15 +23,12 @@ from clearway.io.plans.mission_order import MOST_FLOWN, in_flown_order
 from clearway.io.plans.plan_items import Item, ItemsRead
 from clearway.io.plans.plan_limits import Fence
 from clearway.obstacles.obstacle import Obstacle
+from clearway.vehicle.automaton import MovementAutomaton
+from clearway.vehicle.scale import scale_of
 
 DEFAULT_SPEED_MPS = 5.0
-SECONDS_OF_RANGE = 12
-"""The grid reaches as far as the vehicle flies in this time, one layer a second."""
-MARGIN_S = 0.4
-"""The margin in seconds of flight: 2 m at 5 m/s."""
-TURN_RAD = np.radians(15.0)
-REACH_SHARE = 0.4
-"""The reach radius as a share of the turning radius."""
+NOISE = {"sigma_m": 0.03, "dropout": 0.05}
+"""Of the sensor of a plan, as of the examples."""
 FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
 NO_HOME = Geodetic(0.0, 0.0, 0.0)
 """Of a plan that does not set its home."""
@@ -94,16 +91,9 @@ class Converted(NamedTuple):
     notes: tuple[str, ...]
 
 
-def scaled_tables(speed_mps: float) -> dict[str, Any]:
-    """Grid, margin, reach radius and sensor that suit a speed: those of the examples, scaled."""
-    reach_radius = REACH_SHARE * speed_mps / TURN_RAD
-    return {
-        "mission": {"reach_radius_m": round(float(reach_radius), 3)},
-        "vehicle": {"speed_mps": speed_mps},
-        "grid": {"range_m": SECONDS_OF_RANGE * speed_mps, "layers": SECONDS_OF_RANGE},
-        "safety": {"margin_m": round(MARGIN_S * speed_mps, 3)},
-        "lidar": [{"sigma_m": 0.03, "dropout": 0.05}],
-    }
+def reach_of_plane(speed_mps: float) -> float:
+    """Return within how far of a waypoint a plane of a speed counts as there."""
+    return scale_of(MovementAutomaton.plane(speed_mps)).reach_radius_m
 
 
 def as_mission(
@@ -112,12 +102,14 @@ def as_mission(
     origin: tuple[float, float, float] | None = None,
     *,
     own_goals: bool = False,
+    reach_m: Callable[[float], float] = reach_of_plane,
 ) -> Converted:
     """Tables of a mission file that flies the plan; the frame is east, north, up from home.
 
     speed_mps: in place of the plan's. origin: home, where the plan sets none. own_goals: whether
-    the mission has waypoints itself, so that a plan of fences alone will do. Raises InputError for
-    a plan without a waypoint, or with one on the wrong side of a fence or too far away.
+    the mission has waypoints itself, so that a plan of fences alone will do. reach_m: within how
+    far a waypoint counts as reached, by speed. Raises InputError for a plan without a waypoint, or
+    with one on the wrong side of a fence or too far away.
     """
     has_home = plan.home[:2] != NO_HOME[:2]
     unset = not has_home
@@ -127,8 +119,8 @@ def as_mission(
         plan = _with_home(plan)
     counts = Counter(plan.counts)
     speed = speed_mps or plan.speed_mps or DEFAULT_SPEED_MPS
-    tables = scaled_tables(speed)
-    radius = tables["mission"]["reach_radius_m"]
+    tables: dict[str, Any] = {"vehicle": {"speed_mps": speed}, "lidar": [NOISE]}
+    radius = reach_m(speed)
     start, goals, landing = _points(plan, radius, counts, has_home=has_home)
     if not goals and own_goals and plan.fences and not unset:
         return _fences_alone(plan, tables, speed)
@@ -144,7 +136,7 @@ def as_mission(
     _check_fences(plan, [*goals, *landing])
     towards = next((g for g in waypoints if np.linalg.norm(g - start) > radius), waypoints[0])
     yaw = np.degrees(np.arctan2(towards[1] - start[1], towards[0] - start[0]))
-    tables["mission"] |= {
+    tables["mission"] = {
         "name": plan.name,
         "origin_geodetic": tuple(plan.home),
         "waypoints_m": [_rounded(point) for point in waypoints],
@@ -180,11 +172,11 @@ def _without_waypoints(plan: FlightPlan) -> str:
 
 def _fences_alone(plan: FlightPlan, tables: dict[str, Any], speed_mps: float) -> Converted:
     """Tables of a plan that says where to stay, and nothing of where to go."""
-    tables["mission"] |= {"name": plan.name, "origin_geodetic": tuple(plan.home)}
+    tables["mission"] = {"name": plan.name, "origin_geodetic": tuple(plan.home)}
     tables["obstacle"] = [_table(one) for one in _fence_volumes(plan)]
     note = (
         f"no waypoint in it: its {len(plan.fences)} fences are taken, about home as the origin; "
-        f"{speed_mps:g} m/s, range, margin and reach radius go with it"
+        f"{speed_mps:g} m/s goes with it"
     )
     return Converted(tables, (note,))
 
@@ -382,8 +374,7 @@ def _notes(
 ) -> tuple[str, ...]:
     origin = "chosen" if chosen else "the plan's" if plan.speed_mps else "assumed"
     notes = [
-        f"home is the origin, {speed:g} m/s is {origin}; range, margin and reach radius are scaled "
-        "to it; the flight begins and ends in the air"
+        f"home is the origin, {speed:g} m/s is {origin}; the flight begins and ends in the air"
     ]
     if any(item.above == "sea level" for item in plan.items):
         notes.append("heights above sea level are taken relative to home's")

@@ -37,27 +37,17 @@ from clearway.sensors import (
 from clearway.sensors.memory.point_memory import CAPACITY
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.traffic import Intruder
+from clearway.vehicle.scale import MEMORY_REACH, MEMORY_VOXEL, voxel_m
 
-MEMORY_REACH = 1.5
-"""How far away returns are remembered, in ranges of the grid."""
 SEEN_REACH = 1.2
 """How far away free space is marked, in ranges of the grid or of escapes."""
-VOXEL_OF_MARGIN = 5.0 / 12.0
-"""Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
 SMALLEST_M = 0.3
 """Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
-MEMORY_VOXEL = 0.2
-"""Voxels in which returns are merged, as a share of the safety margin."""
 MEMORY_BEAMS = 1.75
 """Beam spacings that a voxel is wide at least, of a vehicle with inertia: finer ones hold a return
 each, and fill a memory in ten scans."""
 MEMORY_BALLS = 16_000
 """Balls that a vehicle with inertia remembers: it decides often, by what is near."""
-
-
-def voxel_m(margin_m: float, range_m: float) -> float:
-    """Width of the voxels of free space: fine beside the margin, few along the range."""
-    return float(np.clip(VOXEL_OF_MARGIN * margin_m, range_m / 60.0, range_m / 40.0))
 
 
 def free_space_for(
@@ -314,11 +304,11 @@ class RangeSensing:
 def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -> PointMemory:
     """The memory of a sensor before its first scan."""
     settings, has_inertia = planner.settings, planner.automaton.has_inertia
-    voxel_m, widest_m = MEMORY_VOXEL * settings.safety_margin_m, np.inf
+    wide_m, widest_m = MEMORY_VOXEL * settings.safety_margin_m, np.inf
     if has_inertia and isinstance(sensor, LidarSensor) and sensor.lidar.pattern.spacing_rad > 0.0:
-        widest_m = voxel_m / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
+        widest_m = wide_m / (MEMORY_BEAMS * sensor.lidar.pattern.spacing_rad)
     return PointMemory.empty(
-        voxel_m,
+        wide_m,
         settings.memory_s,
         reach_m=reach_m,
         capacity=MEMORY_BALLS if has_inertia else CAPACITY,

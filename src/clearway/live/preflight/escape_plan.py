@@ -21,12 +21,13 @@ from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.inputs.range_sensing import start_room_m, voxel_m
+from clearway.live.inputs.range_sensing import start_room_m
 from clearway.live.preflight.doubts import are_level, over_drop_outs, over_unsure, over_wide_margin
 from clearway.live.preflight.straight_trial import ORIGIN, settles, start_ball_m, with_start_ball
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.sensors import AnySensor, Lidar
+from clearway.vehicle.scale import voxel_m
 
 WIDER = (1.1, 1.25, 1.5, 2.0, 3.0, 4.0)
 """Ranges that are tried where the sensor's own does not do, in its own."""

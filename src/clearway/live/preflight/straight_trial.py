@@ -20,10 +20,11 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.frames import FloatArray, compute_rotation, measure_length
 from clearway.base.state import State
-from clearway.live.inputs.range_sensing import free_space_for, start_room_m, voxel_m
+from clearway.live.inputs.range_sensing import free_space_for, start_room_m
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.sensors import AnySensor, Scan, range_sensors
 from clearway.sensors.observed.free_space import FreeSpace
+from clearway.vehicle.scale import voxel_m
 
 NEARLY = 0.03
 """Slope and turn (rad) that a measured movement straight on may have."""

@@ -141,10 +141,11 @@ def _visit(
         return Stop(name, point, point + free[np.argmin(np.linalg.norm(free, axis=1))], radius_m)
     if radius_m and np.max(around) + HALF_DIAGONAL * float(step) >= margin_m:
         return Stop(name, point, point + offsets[np.argmax(around)], radius_m)
-    return (
-        f"{name} at {_at(point)} is {distances[0]:.2f} m from {label}; {margin_m:g} m is needed"
-        + (f", and no place within {radius_m:g} m of it has that" if radius_m else "")
-    )
+    most_m = np.floor(100.0 * np.max(around, initial=0.0) + 1e-9) / 100.0
+    near = f"{name} at {_at(point)} is {distances[0]:.2f} m from {label}; {margin_m:g} m is needed"
+    if not radius_m:
+        return near
+    return f"{near}, and no place within {radius_m:g} m of it has that; {most_m:g} m would do"
 
 
 def _leg(start: Stop, goal: Stop, obstacle_map: ObstacleMap, margin_m: float) -> str:
