@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from clearway.live.dynamic_objects import (
     follow,
     forget_dynamic_objects,
 )
+from clearway.live.inputs.reaction import flown_m, reaction_m, smallest_object_m
 from clearway.sensors import (
     Court,
     Detection,
@@ -34,8 +36,11 @@ from clearway.sensors import (
     remember_reading,
     unseen,
 )
-from clearway.sensors.memory.point_memory import CAPACITY
+from clearway.sensors.memory.point_memory import CAPACITY, NONE_HIDING
+from clearway.sensors.memory.remembered import Balls
+from clearway.sensors.memory.sifting import Sieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
+from clearway.sensors.observed.seen_space import mark_free
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
@@ -44,8 +49,6 @@ SEEN_REACH = 1.2
 """How far away free space is marked, in ranges of the grid or of escapes."""
 VOXEL_OF_MARGIN = 5.0 / 12.0
 """Width of a voxel of free space, as a share of the safety margin, where the range allows it."""
-SMALLEST_M = 0.3
-"""Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_VOXEL = 0.2
 """Voxels in which returns are merged, as a share of the safety margin."""
 MEMORY_BEAMS = 1.75
@@ -53,6 +56,9 @@ MEMORY_BEAMS = 1.75
 each, and fill a memory in ten scans."""
 MEMORY_BALLS = 16_000
 """Balls that a vehicle with inertia remembers: it decides often, by what is near."""
+
+NOT_SIFTED = Sieve()
+HELD_BACK = "scan: lone returns that wait for a second scan: rain or dust?"
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
@@ -76,15 +82,6 @@ def free_space_for(
         smallest_m=smallest_object_m(planner),
         finds_all=planner.automaton.can_stop,
     )
-
-
-def smallest_object_m(planner: Planner) -> float:
-    """Thickness of the smallest object that may not hide between beams; 0 where that is not asked:
-    what cannot stop has to see too far."""
-    declared_m = planner.settings.smallest_object_m
-    if declared_m is None:
-        return SMALLEST_M if planner.automaton.has_inertia else 0.0
-    return declared_m
 
 
 def _start_free_m(planner: Planner) -> float:
@@ -136,6 +133,12 @@ class RangeSensing:
             name: _nothing_remembered(planner, sensor, self.memory_reach_m)
             for name, sensor in sensors.items()
         }
+        self._sieves = {
+            name: Sieve(sensor.lidar.false_returns > 0.0)
+            for name, sensor in sensors.items()
+            if isinstance(sensor, LidarSensor)
+        }
+        self._seen_from: dict[str, State] = {}
         # Alone, a sensor has nobody to contradict it.
         court = Court.of(sensors, margin, reach, planner.speed_mps)
         self._court = court if len(sensors) > 1 else None
@@ -152,14 +155,18 @@ class RangeSensing:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
+        between_m = flown_m(self._planner, self._seen_from.get(scan.sensor), state)
+        self._seen_from[scan.sensor] = state
+        counts = self._sift(sensor, scan, state, between_m)
         self._memories[scan.sensor] = remember_reading(
             self._memories[scan.sensor],
             sensor,
-            scan,
+            counts.scan,
             state,
             tolerance_m=sigmas * state.position_std_m,
             angle_rad=sigmas * state.attitude_std_rad,
             ground_m=self._ground_m,
+            hiding_m=counts.hiding_m,
         )
         if self._court is not None:
             self._court = heard(
@@ -172,7 +179,36 @@ class RangeSensing:
             self.free_space.withdraw_start(*near)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
-        return _left_out(self._memories[scan.sensor])
+        return _left_out(self._memories[scan.sensor], self._sieves.get(scan.sensor, NOT_SIFTED))
+
+    def _sift(self, sensor: RangeSensor, scan: Scan, state: State, between_m: float) -> Sifted:
+        """What of a scan counts now; between_m: flown from scan to scan."""
+        if not isinstance(sensor, LidarSensor):
+            return Sifted(scan, NONE_HIDING)
+        name, memory, sigmas = sensor.name, self._memories[sensor.name], self._planner.settings.sigmas
+        self._sieves[name], counts = sift(
+            self._sieves[name],
+            sensor.lidar,
+            scan,
+            state,
+            memory.told,
+            reaction_m(self._planner) + between_m,
+            tolerance_m=sigmas * state.position_std_m,
+            reach_m=memory.reach_m,
+            ground_m=self._ground_m,
+        )
+        self._sieves[name] = self._unless_seen_free(self._sieves[name])
+        since_s = self._sieves[name].since_s
+        if since_s != memory.sifted_from_s:
+            self._memories[name] = replace(memory, sifted_from_s=since_s)
+        return counts
+
+    def _unless_seen_free(self, sieve: Sieve) -> Sieve:
+        """A sieve whose returns all wait where earlier scans of any sensor saw nothing to stand."""
+        if self.free_space is None or not len(sieve.at_once.radius_m):
+            return sieve
+        free = mark_free(self.free_space.seen, *sieve.at_once)
+        return replace(sieve, at_once=Balls(sieve.at_once.position_m[~free], sieve.at_once.radius_m[~free]))
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
@@ -300,12 +336,22 @@ class RangeSensing:
             place, radius = memory.near(position_m, reach)
             worse = self.sensors[name].sigma_m - best
             near.append((place, radius + settings.point_sigmas * worse if worse else radius))
-        return _together(near)
+        return _together(near + self._at_once)
 
     @property
     def remembered(self) -> PointHazards:
         """What is told of this and earlier scans."""
-        return _together([memory.told for _, memory in self._believed_memories()])
+        told = [memory.told for _, memory in self._believed_memories()]
+        return _together(told + self._at_once)
+
+    @property
+    def _at_once(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Balls of lone returns that are too near to wait."""
+        return [
+            sieve.at_once
+            for name, sieve in self._sieves.items()
+            if len(sieve.at_once.radius_m) and self.believes(name)
+        ]
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
@@ -327,15 +373,16 @@ def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -
     )
 
 
-def _left_out(memory: PointMemory) -> Mapping[str, int]:
+def _left_out(memory: PointMemory, sieve: Sieve) -> Mapping[str, int]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
-    if not (memory.merged or memory.dropped or memory.too_small):
+    if not (memory.merged or memory.dropped or memory.too_small or sieve.held):
         return {}
     return +Counter(
         {
             "memory: merged into coarser balls, for want of room": memory.merged,
             "memory: out of reach and forgotten, for want of room": memory.dropped,
             "memory: returns of less than smallest_object_m": memory.too_small,
+            HELD_BACK: sieve.held,
         }
     )
 
