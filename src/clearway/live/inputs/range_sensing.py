@@ -36,11 +36,11 @@ from clearway.sensors import (
     remember_reading,
     unseen,
 )
-from clearway.sensors.memory.point_memory import CAPACITY, NONE_HIDING
+from clearway.sensors.memory.point_memory import CAPACITY
 from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.memory.sifting import Sieve, Sifted, sift
+from clearway.sensors.memory.sifting import NO_BALLS, NOTHING, Sieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
-from clearway.sensors.observed.seen_space import mark_free
+from clearway.sensors.observed.seen_space import mark_unlooked
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
@@ -155,9 +155,9 @@ class RangeSensing:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
-        between_m = flown_m(self._planner, self._seen_from.get(scan.sensor), state)
+        before = self._seen_from.get(scan.sensor)
         self._seen_from[scan.sensor] = state
-        counts = self._sift(sensor, scan, state, between_m)
+        counts = self._sift(sensor, scan, state, flown_m(self._planner, before, state))
         self._memories[scan.sensor] = remember_reading(
             self._memories[scan.sensor],
             sensor,
@@ -173,6 +173,10 @@ class RangeSensing:
                 self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
             )
         if self.free_space is not None and self.believes(scan.sensor):
+            if counts.before is not None and before is not None:
+                assert isinstance(sensor, LidarSensor)
+                off_m = sigmas * before.position_std_m
+                self.free_space.correct(sensor.lidar, counts.before, before, off_m)
             self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
             # What is declared free is so only as far as nothing is seen to stand there.
             near = self._memories[scan.sensor].near(*self.free_space.start)
@@ -184,8 +188,12 @@ class RangeSensing:
     def _sift(self, sensor: RangeSensor, scan: Scan, state: State, between_m: float) -> Sifted:
         """What of a scan counts now; between_m: flown from scan to scan."""
         if not isinstance(sensor, LidarSensor):
-            return Sifted(scan, NONE_HIDING)
-        name, memory, sigmas = sensor.name, self._memories[sensor.name], self._planner.settings.sigmas
+            return Sifted(scan, NOTHING)
+        name, memory, sigmas = (
+            sensor.name,
+            self._memories[sensor.name],
+            self._planner.settings.sigmas,
+        )
         self._sieves[name], counts = sift(
             self._sieves[name],
             sensor.lidar,
@@ -197,18 +205,22 @@ class RangeSensing:
             reach_m=memory.reach_m,
             ground_m=self._ground_m,
         )
-        self._sieves[name] = self._unless_seen_free(self._sieves[name])
+        self._sieves[name] = self._where_unlooked(self._sieves[name])
         since_s = self._sieves[name].since_s
         if since_s != memory.sifted_from_s:
             self._memories[name] = replace(memory, sifted_from_s=since_s)
         return counts
 
-    def _unless_seen_free(self, sieve: Sieve) -> Sieve:
-        """A sieve whose returns all wait where earlier scans of any sensor saw nothing to stand."""
-        if self.free_space is None or not len(sieve.at_once.radius_m):
+    def _where_unlooked(self, sieve: Sieve) -> Sieve:
+        """A sieve whose returns all wait, but for those where the vehicle may fly though no scan
+        showed the place to be free."""
+        free, balls, escape = self.free_space, sieve.at_once, self._planner.settings.escape
+        if free is None or not len(balls.radius_m):
             return sieve
-        free = mark_free(self.free_space.seen, *sieve.at_once)
-        return replace(sieve, at_once=Balls(sieve.at_once.position_m[~free], sieve.at_once.radius_m[~free]))
+        if escape == Escape.STRICT:  # Nothing is flown where no scan has shown it to be free.
+            return replace(sieve, at_once=NO_BALLS)
+        counts = mark_unlooked(free.seen, *balls, escape == Escape.MAPPED)
+        return replace(sieve, at_once=Balls(balls.position_m[counts], balls.radius_m[counts]))
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
@@ -264,6 +276,12 @@ class RangeSensing:
         """How far the LiDAR that sees farthest shows its way to be free; 0 without any."""
         lidars = (each.lidar for each in self.sensors.values() if isinstance(each, LidarSensor))
         return max((lidar.clears_to_m for lidar in lidars), default=0.0)
+
+    @property
+    def false_share(self) -> float:
+        """Estimated share of the beams of a LiDAR with false returns, of the worst one."""
+        shares = (sieve.share for name, sieve in self._sieves.items() if self.believes(name))
+        return max(shares, default=0.0)
 
     @property
     def dynamic_objects(self) -> list[Intruder]:

@@ -9,10 +9,12 @@ the sweep before looked through that very place.
 What keeps this safe:
 
 - A held return shows nothing to be free. Its beam ends there for range views, and it hides what is
-  remembered behind it.
+  remembered behind it. Only once the next sweep has looked through its place does it count as lost.
 - A drop beyond a thing replaces that thing's return, as if it were lost. A view shows a ball to be
   free only if all beams about it go on, and a thing is forgotten only after two sweeps in a row
   whose beams all go on. So one drop clears only what a single beam meets, and only in one sweep.
+- A lone return so near that a thing one centimetre thick would meet several beams is none of such a
+  thing; only clusters count there.
 - What waits is farther off than the vehicle needs to react, and still is when the next sweep shows
   it; or it stands where the sweep before saw that no thing as wide as beams are apart stands.
 """
@@ -27,42 +29,54 @@ import numpy as np
 from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray, State
+from clearway.sensors.beams.binning import TINY
 from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.beams.raster import BeamRaster, beam_raster, directions_of
-from clearway.sensors.memory.point_memory import NONE_HIDING
+from clearway.sensors.memory.doubt import THINNEST_M
 from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.passing.lone_returns import mark_contradicted, mark_lone, mark_near_any
-from clearway.sensors.passing.passed_points import Placed, Sensor, place_returns, sensor_at
+from clearway.sensors.passing.lone_returns import (
+    OnBeams,
+    mark_contradicted,
+    mark_lone,
+    mark_near_any,
+    mark_same,
+)
+from clearway.sensors.passing.passed_points import Sensor, place_returns, sensor_at
 
 WAITS = 2
 """Sweeps for which a lone return waits: what shows in every other one is borne out."""
 SAME_THING_BEAMS = 2.0
 """Beam spacings by which two returns of a thing may lie apart that single beams hit."""
-NOISE_OF_TWO = 1.5
-"""Of the noise of one return, by which two may differ."""
+NOISE_OF_TWO = 1.25
+"""Of the noise of one return, three standard deviations, by which two may differ."""
+NEVER_M = -1e9
+"""How far aside another return may lie of what is none."""
 RATE_KEPT = 0.8
 """Of the averages, from sweep to sweep."""
 RAINS, DRY = 3e-4, 1e-4
 """Shares of the beams that return alone where the sweep before saw that nothing stands: from the
 first on returns wait, until there are fewer than the second."""
-POURS = 0.01
-"""Share of beams with lone returns, above which an alarm is raised."""
+SURE_SWEEPS = 5
+"""After so many the estimate counts."""
 
 
 class Lone(NamedTuple):
     """Returns that wait."""
 
-    position_m: FloatArray
-    """[k, 3] world frame."""
+    returns: OnBeams
+    """[k] world frame."""
     sweeps: IntArray
-    """[k] sweeps since."""
+    """[k] sweeps since, ascending from the end."""
 
 
-class Seen(NamedTuple):
-    """Where the latest sweep looked, and how far."""
+class Looked(NamedTuple):
+    """The latest sweep, and where it looked how far."""
 
     sensor: Sensor
     nearest_m: FloatArray
+    scan: Scan
+    held: IntArray
+    """Numbers of its returns that wait."""
 
 
 class Sifted(NamedTuple):
@@ -72,10 +86,14 @@ class Sifted(NamedTuple):
     """What counts."""
     hiding_m: FloatArray
     """[k, 3] returns that wait, sensor frame: they hide what lies behind them, and no more."""
+    before: Scan | None = None
+    """The sweep before without returns through whose place this one has looked; None where it is as
+    it was."""
 
 
-NONE_WAIT = Lone(np.zeros((0, 3)), np.zeros(0, dtype=np.int64))
-NO_BALLS = Balls(np.zeros((0, 3)), np.zeros(0))
+NOTHING = read_only(np.zeros((0, 3)))
+NONE_WAIT = Lone(OnBeams(NOTHING, NOTHING, np.zeros(0)), np.zeros(0, dtype=np.int64))
+NO_BALLS = Balls(NOTHING, np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,21 +107,23 @@ class Sieve:
     since_s: float = np.inf
     """Since when; inf while they do not."""
     alone: float = 0.0
-    """Share of the beams that return alone, averaged: with `is_active` an estimate of false ones."""
+    """Share of the beams with lone returns that nothing bears out, averaged since then: an estimate
+    of the false ones."""
     contradicted: float = 0.0
-    """The same of those that the sweep before contradicts."""
+    """Share of the beams with those that the sweep before contradicts, averaged."""
     sweeps: int = 0
+    """Since then."""
     held: int = 0
     """Returns of the latest sweep that wait."""
     waiting: Lone = NONE_WAIT
     at_once: Balls = NO_BALLS
     """Those of the latest sweep that count meanwhile, world frame."""
-    seen: Seen | None = None
+    looked: Looked | None = None
 
     @property
-    def pours(self) -> bool:
-        """Whether so many returns are false that an alarm is due."""
-        return self.is_active and self.alone > POURS
+    def share(self) -> float:
+        """Estimated share of beams with false returns; 0 while none wait, or too few sweeps tell."""
+        return self.alone if self.is_active and self.sweeps >= SURE_SWEEPS else 0.0
 
 
 def sift(
@@ -121,80 +141,92 @@ def sift(
     """Return what is known after a sweep taken at `state`, and the sweep as memory takes it.
 
     remembered: what earlier sweeps saw. near_m: what the vehicle needs to react to what it sees at
-    the next sweep. tolerance_m: uncertainty of the pose. reach_m, ground_m:
-    returns from farther away, at or below this height, and of the airframe are left alone.
+    the next sweep. tolerance_m: uncertainty of the pose. reach_m, ground_m: returns from farther
+    away, at or below this height, and of the airframe are left alone.
     """
     noise = tolerance_m + 3.0 * lidar.sigma_m
     spacing, raster = float(lidar.pattern.spacing_rad), beam_raster(lidar.pattern)
     sensor, directions = sensor_at(lidar, state, noise), directions_of(scan.points_m, raster)
-    lone = np.flatnonzero(
-        mark_lone(scan.points_m, directions, spacing, NOISE_OF_TWO * noise)
-    )
-    points = scan.points_m[lone]
-    placed = place_returns(read_only(points), sensor, float(reach_m), float(ground_m))
-    apart = NOISE_OF_TWO * noise + SAME_THING_BEAMS * spacing * placed.distance_m
-    new, borne_out = _news(sieve.waiting, placed, apart, remembered)
-    against = _contradicted(sieve.seen, placed.points_m[new], raster)
-    share = np.array([len(new), np.count_nonzero(against)]) / lidar.pattern.beams
-    sieve = _counted(sieve, *share.tolist(), scan)
-    sieve = replace(sieve, seen=Seen(sensor, directions.nearest_m))
+    noise *= NOISE_OF_TWO
+    lone = np.flatnonzero(mark_lone(scan.points_m, directions, spacing, noise))
+    points = read_only(scan.points_m[lone])
+    placed = place_returns(points, sensor, float(reach_m), float(ground_m))
+    apart_m = spacing * placed.distance_m
+    wide_m = np.where(apart_m < THINNEST_M, NEVER_M, 0.5 * SAME_THING_BEAMS * apart_m)
+    toward = (placed.points_m - sensor.origin) / np.maximum(placed.distance_m, TINY)[:, None]
+    returns = OnBeams(placed.points_m, read_only(toward), wide_m)
+    again, borne_out = mark_same(returns, sieve.waiting.returns, noise)
+    against = _contradicted(sieve.looked, placed.points_m, raster)
+    # While nothing waits, only what is contradicted counts.
+    asked = np.flatnonzero(~again if sieve.is_active or sieve.declared else against)
+    balls = read_only(remembered.position_m), read_only(remembered.radius_m)
+    known = mark_near_any(placed.points_m[asked], SAME_THING_BEAMS * apart_m[asked] + noise, *balls)
+    new = asked[~known]
+    share = len(new) / lidar.pattern.beams, np.count_nonzero(against[new]) / lidar.pattern.beams
+    sieve = _counted(sieve, *share, scan)
+    looked = Looked(sensor, directions.nearest_m, scan, lone[placed.source[new]])
     if not sieve.is_active:
-        return replace(sieve, held=0, waiting=NONE_WAIT, at_once=NO_BALLS), Sifted(
-            scan, NONE_HIDING
-        )
-    urgent = new[(placed.distance_m[new] <= near_m) & ~against]
-    held = lone[placed.source[new]]
+        sieve = replace(sieve, held=0, waiting=NONE_WAIT, at_once=NO_BALLS)
+        return replace(sieve, looked=looked._replace(held=looked.held[:0])), Sifted(scan, NOTHING)
+    before = _corrected(sieve, borne_out, looked, raster)
+    urgent = new[(placed.distance_m[new] <= near_m) & ~against[new]]
     kept = np.ones(len(scan.points_m), dtype=np.bool_)
-    kept[held] = False
+    kept[looked.held] = False
+    at_once = Balls(placed.points_m[urgent], 0.5 * apart_m[urgent])
+    waiting = _waiting_on(sieve.waiting, borne_out, _pick(returns, new))
+    sieve = replace(sieve, held=len(new), waiting=waiting, at_once=at_once, looked=looked)
     counts = replace(scan, points_m=scan.points_m[kept])
-    at_once = Balls(placed.points_m[urgent], 0.5 * spacing * placed.distance_m[urgent])
-    waiting = _waiting_on(sieve.waiting, borne_out, placed.points_m[new])
-    sieve = replace(sieve, held=len(new), waiting=waiting, at_once=at_once)
-    return sieve, Sifted(counts, read_only(scan.points_m[held]))
+    return sieve, Sifted(counts, read_only(scan.points_m[looked.held]), before)
 
 
-def _news(
-    waiting: Lone, placed: Placed, apart: FloatArray, remembered: Balls
-) -> tuple[IntArray, BoolArray]:
-    """Numbers of the placed returns that nothing bears out, and which of those waiting are borne
-    out by one of these."""
-    zeros = np.zeros(len(waiting.sweeps))
-    places = placed.points_m
-    again = mark_near_any(places, apart, waiting.position_m, zeros)
-    borne_out = mark_near_any(waiting.position_m, zeros, places, apart)
-    fresh = np.flatnonzero(~again)
-    known = mark_near_any(places[fresh], apart[fresh], remembered.position_m, remembered.radius_m)
-    return fresh[~known], borne_out
-
-
-def _contradicted(seen: Seen | None, places_m: FloatArray, raster: BeamRaster) -> BoolArray:
-    """[n] whether the sweep before looked through places [n, 3]."""
-    if seen is None or not len(places_m):
+def _contradicted(looked: Looked | None, places_m: FloatArray, raster: BeamRaster) -> BoolArray:
+    """[n] whether a sweep looked through places [n, 3]."""
+    if looked is None or not len(places_m):
         return np.zeros(len(places_m), dtype=np.bool_)
-    return mark_contradicted(places_m, seen.nearest_m, seen.sensor, raster)
+    return mark_contradicted(read_only(places_m), looked.nearest_m, looked.sensor, raster)
 
 
 def _counted(sieve: Sieve, alone: float, contradicted: float, scan: Scan) -> Sieve:
     """The sieve with its averages after a sweep, and whether returns wait by them."""
-    gain = max(1.0 - RATE_KEPT, 1.0 / (sieve.sweeps + 1))
     against = sieve.contradicted + (1.0 - RATE_KEPT) * (contradicted - sieve.contradicted)
-    active = sieve.declared or against > (DRY if sieve.is_active else RAINS)
-    since_s = np.inf if not active else min(sieve.since_s, scan.time_s)
+    if not (sieve.declared or against > (DRY if sieve.is_active else RAINS)):
+        return replace(
+            sieve, is_active=False, since_s=np.inf, alone=0.0, sweeps=0, contradicted=against
+        )
+    gain = max(1.0 - RATE_KEPT, 1.0 / (sieve.sweeps + 1))
     return replace(
         sieve,
-        is_active=active,
-        since_s=since_s,
+        is_active=True,
+        since_s=min(sieve.since_s, scan.time_s),
         alone=sieve.alone + gain * (alone - sieve.alone),
         contradicted=against,
         sweeps=sieve.sweeps + 1,
     )
 
 
-def _waiting_on(waiting: Lone, borne_out: BoolArray, news_m: FloatArray) -> Lone:
-    """What waits after a sweep."""
+def _corrected(sieve: Sieve, borne_out: BoolArray, now: Looked, raster: BeamRaster) -> Scan | None:
+    """The sweep before without returns that nothing bears out, and through whose place beams have
+    gone on now."""
+    before = sieve.looked
+    if before is None or not len(before.held):
+        return None
+    latest = slice(len(borne_out) - len(before.held), None)
+    places = sieve.waiting.returns.position_m[latest]
+    false = before.held[~borne_out[latest] & _contradicted(now, places, raster)]
+    return replace(before.scan, points_m=np.delete(before.scan.points_m, false, axis=0))
+
+
+def _pick(returns: OnBeams, which: IntArray | BoolArray) -> OnBeams:
+    return OnBeams(*(column[which] for column in returns))
+
+
+def _waiting_on(waiting: Lone, borne_out: BoolArray, news: OnBeams) -> Lone:
+    """What waits after a sweep, the latest last."""
     sweeps = waiting.sweeps + 1
     stays = ~borne_out & (sweeps < WAITS)
+    columns = zip(_pick(waiting.returns, stays), news, strict=True)
+    fresh = np.zeros(len(news.wide_m), dtype=np.int64)
     return Lone(
-        np.concatenate([waiting.position_m[stays], news_m]),
-        np.concatenate([sweeps[stays], np.zeros(len(news_m), dtype=np.int64)]),
+        OnBeams(*(np.concatenate(both) for both in columns)),
+        np.concatenate([sweeps[stays], fresh]),
     )

@@ -122,9 +122,13 @@ def is_voxel_free(seen: SeenSpace, a: int, b: int, c: int) -> bool:
 
 
 @compiled
-def mark_free(seen: SeenSpace, places: Floats2, radii: Floats) -> Bools:
-    """[n] whether balls of the world, [n, 3] and [n], were seen to be free."""
-    free = np.zeros(len(radii), dtype=np.bool_)
+def mark_unlooked(seen: SeenSpace, places: Floats2, radii: Floats, must_see: bool) -> Bools:
+    """[n] whether balls of the world, [n, 3] and [n], count as free though no view shows them: by
+    declaration, or as all does where nothing must be seen."""
+    unlooked = np.zeros(len(radii), dtype=np.bool_)
     for n in range(len(radii)):
-        free[n] = is_free(seen, places[n, 0], places[n, 1], places[n, 2], radii[n])
-    return free
+        x, y, z = places[n, 0], places[n, 1], places[n, 2]
+        if must_see and not is_declared(seen.window, x, y, z, 0.0):
+            continue
+        unlooked[n] = first_showing(seen.views, seen.window, x, y, z, radii[n]) == NONE
+    return unlooked

@@ -85,9 +85,7 @@ def _is_in_cluster(n: int, within: float, directions: Directions, chains: InBins
 
 
 @compiled
-def mark_near_any(
-    points: Floats2, apart: Floats, positions: Floats2, radii: Floats
-) -> Bools:
+def mark_near_any(points: Floats2, apart: Floats, positions: Floats2, radii: Floats) -> Bools:
     """[n] whether places [n, 3] lie within a distance [n] of any of some balls."""
     near = np.zeros(len(points), dtype=np.bool_)
     for n in range(len(points)):
@@ -98,6 +96,46 @@ def mark_near_any(
                 near[n] = True
                 break
     return near
+
+
+class OnBeams(NamedTuple):
+    """Returns of one sweep, world frame."""
+
+    position_m: Floats2
+    """[n, 3]"""
+    toward: Floats2
+    """[n, 3] direction from the sensor, of length 1."""
+    wide_m: Floats
+    """[n] what each adds to how far aside another return of the same thing may lie; far below 0
+    where there is none."""
+
+
+@compiled
+def mark_same(now: OnBeams, then: OnBeams, noise: float) -> tuple[Bools, Bools]:
+    """[n] of returns and [k] of earlier ones whether there is one among the others that may be of
+    the same small thing.
+
+    noise: by which ranges may differ (m): along the beams. Aside, only beam spacings count, which
+    near the sensor are much less.
+    """
+    again = np.zeros(len(now.wide_m), dtype=np.bool_)
+    borne_out = np.zeros(len(then.wide_m), dtype=np.bool_)
+    for n in range(len(now.wide_m)):
+        u, v, w = now.toward[n, 0], now.toward[n, 1], now.toward[n, 2]
+        for m in range(len(then.wide_m)):
+            x = now.position_m[n, 0] - then.position_m[m, 0]
+            y = now.position_m[n, 1] - then.position_m[m, 1]
+            z = now.position_m[n, 2] - then.position_m[m, 2]
+            wide = now.wide_m[n] + then.wide_m[m]
+            along = x * u + y * v + z * w
+            squared = x * x + y * y + z * z
+            if abs(along) > noise + wide:
+                continue
+            turned = u * then.toward[m, 0] + v * then.toward[m, 1] + w * then.toward[m, 2]
+            aside = wide + noise * np.sqrt(max(1.0 - turned * turned, 0.0))
+            if squared - along * along <= aside * aside:
+                again[n], borne_out[m] = True, True
+    return again, borne_out
 
 
 @compiled
