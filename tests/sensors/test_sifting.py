@@ -18,7 +18,9 @@ from clearway.sensors.memory.sifting import NO_BALLS, RAINS, Sieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.seen_space import is_free
 
-LIDAR = Lidar("lidar", BeamPattern.per_cell(AvoidanceGrid.uniform(), max_range_m=10.0), sigma_m=0.03)
+LIDAR = Lidar(
+    "lidar", BeamPattern.per_cell(AvoidanceGrid.uniform(), max_range_m=10.0), sigma_m=0.03
+)
 BEAM = LIDAR.pattern.directions[np.argmax(LIDAR.pattern.directions[:, 0])]
 NOTHING = ObstacleMap()
 NEAR_M = 3.0
@@ -100,11 +102,12 @@ def shown_behind(second: Scan) -> tuple[bool, bool, bool]:
     dry, free = (FreeSpace(0.25, np.zeros(3), reach_m=10.0) for _ in range(2))
     dry.take(LidarSensor(LIDAR), scan_of(), at(0.0, 0.0))
     free.take(LidarSensor(LIDAR), first, at(0.0, 0.0))
-    before = is_free(free.seen, *aim, 0.2)
+    x, y, z = aim.tolist()
+    before = is_free(free.seen, x, y, z, 0.2)
     _, last = sifted(RAINING, first, second)
     if last.before is not None:
         free.correct(LIDAR, last.before, at(0.0, 0.0))
-    return is_free(dry.seen, *aim, 0.2), before, is_free(free.seen, *aim, 0.2)
+    return is_free(dry.seen, x, y, z, 0.2), before, is_free(free.seen, x, y, z, 0.2)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ What keeps this safe:
 - A lone return so near that a thing one centimetre thick would meet several beams is none of such a
   thing; only clusters count there.
 - What waits is farther off than the vehicle needs to react, and still is when the next sweep shows
-  it; or it stands where the sweep before saw that no thing as wide as beams are apart stands.
+  it; or it stands where the sweep before saw that no thing as wide as beams are apart stands; or
+  where a flight with `strict` escapes does not go, since no view shows the place to be free.
 """
 
 from __future__ import annotations
@@ -122,7 +123,7 @@ class Sieve:
 
     @property
     def share(self) -> float:
-        """Estimated share of beams with false returns; 0 while none wait, or too few sweeps tell."""
+        """Estimated share of beams with false returns; 0 while none wait, and at first."""
         return self.alone if self.is_active and self.sweeps >= SURE_SWEEPS else 0.0
 
 

@@ -166,7 +166,7 @@ class FreeSpace:
             self._take_passes(sensor, scan, state, tolerance_m)
 
     def correct(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
-        """Take the latest sweep of a LiDAR once more, as it is known by now; arguments as it was."""
+        """Take the latest sweep of a LiDAR once more, as it is known by now."""
         if lidar.name in self._kept.latest:
             self._take_sweep(lidar, scan, state, tolerance_m, again=True)
 
