@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from clearway.live.dynamic_objects import (
     follow,
     forget_dynamic_objects,
 )
-from clearway.live.inputs.reaction import flown_m, reaction_m, smallest_object_m
+from clearway.live.inputs.reaction import smallest_object_m
+from clearway.live.inputs.sifted_scans import HELD_BACK, SiftedScans
 from clearway.sensors import (
     Court,
     Detection,
@@ -37,10 +37,7 @@ from clearway.sensors import (
     unseen,
 )
 from clearway.sensors.memory.point_memory import CAPACITY
-from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.memory.sifting import NO_BALLS, NOTHING, Sieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
-from clearway.sensors.observed.seen_space import mark_unlooked
 from clearway.traffic import Intruder
 
 MEMORY_REACH = 1.5
@@ -56,9 +53,6 @@ MEMORY_BEAMS = 1.75
 each, and fill a memory in ten scans."""
 MEMORY_BALLS = 16_000
 """Balls that a vehicle with inertia remembers: it decides often, by what is near."""
-
-NOT_SIFTED = Sieve()
-HELD_BACK = "scan: lone returns that wait for a second scan: rain or dust?"
 
 
 def voxel_m(margin_m: float, range_m: float) -> float:
@@ -133,12 +127,7 @@ class RangeSensing:
             name: _nothing_remembered(planner, sensor, self.memory_reach_m)
             for name, sensor in sensors.items()
         }
-        self._sieves = {
-            name: Sieve(sensor.lidar.false_returns > 0.0)
-            for name, sensor in sensors.items()
-            if isinstance(sensor, LidarSensor)
-        }
-        self._seen_from: dict[str, State] = {}
+        self._sifted = SiftedScans(planner, sensors)
         # Alone, a sensor has nobody to contradict it.
         court = Court.of(sensors, margin, reach, planner.speed_mps)
         self._court = court if len(sensors) > 1 else None
@@ -155,11 +144,11 @@ class RangeSensing:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
-        before = self._seen_from.get(scan.sensor)
-        self._seen_from[scan.sensor] = state
-        counts = self._sift(sensor, scan, state, flown_m(self._planner, before, state))
+        counts, memory, before = self._sifted.take(
+            sensor, scan, state, self._memories[scan.sensor], self.free_space, self._ground_m
+        )
         self._memories[scan.sensor] = remember_reading(
-            self._memories[scan.sensor],
+            memory,
             sensor,
             counts.scan,
             state,
@@ -173,54 +162,16 @@ class RangeSensing:
                 self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
             )
         if self.free_space is not None and self.believes(scan.sensor):
-            if counts.before is not None and before is not None:
-                assert isinstance(sensor, LidarSensor)
-                off_m = sigmas * before.position_std_m
-                self.free_space.correct(sensor.lidar, counts.before, before, off_m)
+            if before is not None and isinstance(sensor, LidarSensor):
+                off_m = sigmas * before.state.position_std_m
+                self.free_space.correct(sensor.lidar, *before, off_m)
             self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
             # What is declared free is so only as far as nothing is seen to stand there.
             near = self._memories[scan.sensor].near(*self.free_space.start)
             self.free_space.withdraw_start(*near)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
-        return _left_out(self._memories[scan.sensor], self._sieves.get(scan.sensor, NOT_SIFTED))
-
-    def _sift(self, sensor: RangeSensor, scan: Scan, state: State, between_m: float) -> Sifted:
-        """What of a scan counts now; between_m: flown from scan to scan."""
-        if not isinstance(sensor, LidarSensor):
-            return Sifted(scan, NOTHING)
-        name, memory, sigmas = (
-            sensor.name,
-            self._memories[sensor.name],
-            self._planner.settings.sigmas,
-        )
-        self._sieves[name], counts = sift(
-            self._sieves[name],
-            sensor.lidar,
-            scan,
-            state,
-            memory.told,
-            reaction_m(self._planner) + between_m,
-            tolerance_m=sigmas * state.position_std_m,
-            reach_m=memory.reach_m,
-            ground_m=self._ground_m,
-        )
-        self._sieves[name] = self._where_unlooked(self._sieves[name])
-        since_s = self._sieves[name].since_s
-        if since_s != memory.sifted_from_s:
-            self._memories[name] = replace(memory, sifted_from_s=since_s)
-        return counts
-
-    def _where_unlooked(self, sieve: Sieve) -> Sieve:
-        """A sieve whose returns all wait, but for those where the vehicle may fly though no scan
-        showed the place to be free."""
-        free, balls, escape = self.free_space, sieve.at_once, self._planner.settings.escape
-        if free is None or not len(balls.radius_m):
-            return sieve
-        if escape == Escape.STRICT:  # Nothing is flown where no scan has shown it to be free.
-            return replace(sieve, at_once=NO_BALLS)
-        counts = mark_unlooked(free.seen, *balls, escape == Escape.MAPPED)
-        return replace(sieve, at_once=Balls(balls.position_m[counts], balls.radius_m[counts]))
+        return _left_out(self._memories[scan.sensor], self._sifted.held(scan.sensor))
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
@@ -280,7 +231,7 @@ class RangeSensing:
     @property
     def false_share(self) -> float:
         """Estimated share of the beams of a LiDAR with false returns, of the worst one."""
-        shares = (sieve.share for name, sieve in self._sieves.items() if self.believes(name))
+        shares = (sieve.share for name, sieve in self._sifted.sieves.items() if self.believes(name))
         return max(shares, default=0.0)
 
     @property
@@ -367,7 +318,7 @@ class RangeSensing:
         """Balls of lone returns that are too near to wait."""
         return [
             sieve.at_once
-            for name, sieve in self._sieves.items()
+            for name, sieve in self._sifted.sieves.items()
             if len(sieve.at_once.radius_m) and self.believes(name)
         ]
 
@@ -391,16 +342,16 @@ def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -
     )
 
 
-def _left_out(memory: PointMemory, sieve: Sieve) -> Mapping[str, int]:
+def _left_out(memory: PointMemory, held: int) -> Mapping[str, int]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
-    if not (memory.merged or memory.dropped or memory.too_small or sieve.held):
+    if not (memory.merged or memory.dropped or memory.too_small or held):
         return {}
     return +Counter(
         {
             "memory: merged into coarser balls, for want of room": memory.merged,
             "memory: out of reach and forgotten, for want of room": memory.dropped,
             "memory: returns of less than smallest_object_m": memory.too_small,
-            HELD_BACK: sieve.held,
+            HELD_BACK: held,
         }
     )
 
