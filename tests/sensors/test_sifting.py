@@ -14,7 +14,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, LidarSensor, Scan, simulate_scan
 from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.memory.sifting import NO_BALLS, RAINS, Sieve, Sifted, sift
+from clearway.sensors.memory.sifting import NO_BALLS, RAINS, RainSieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.seen_space import is_free
 
@@ -35,8 +35,8 @@ def scan_of(*points: FloatArray, time_s: float = 0.0) -> Scan:
 
 
 def sifted(
-    sieve: Sieve, *scans: Scan, remembered: Balls = NO_BALLS, step_m: float = 0.0
-) -> tuple[Sieve, Sifted]:
+    sieve: RainSieve, *scans: Scan, remembered: Balls = NO_BALLS, step_m: float = 0.0
+) -> tuple[RainSieve, Sifted]:
     """The sieve after scans, and the last of them as memory takes it."""
     for n, scan in enumerate(scans):
         state = at(step_m * n, scan.time_s)
@@ -44,7 +44,7 @@ def sifted(
     return sieve, last
 
 
-RAINING = Sieve(declared=True)
+RAINING = RainSieve(declared=True)
 
 
 def test_a_lone_return_afar_waits_and_hides_what_is_behind_it() -> None:
@@ -126,7 +126,7 @@ def test_a_held_return_frees_nothing_until_a_sweep_looks_through_its_place(
 
 @pytest.mark.parametrize("share", [0.001, 0.004, 0.01])
 def test_the_share_of_false_returns_is_estimated_within_its_interval(share: float) -> None:
-    lidar, sieve, beams = replace(LIDAR, false_returns=share), Sieve(), LIDAR.pattern.beams
+    lidar, sieve, beams = replace(LIDAR, false_returns=share), RainSieve(), LIDAR.pattern.beams
     for step in range(40):
         state = at(0.1 * step, float(step))
         scan = simulate_scan(lidar, NOTHING, state, step)
@@ -142,7 +142,7 @@ def test_in_the_dry_nothing_waits_and_a_sweep_is_taken_as_it_is() -> None:
         [Obstacle.ball([3.0 + n, np.sin(5.0 * n), np.cos(7.0 * n)], 0.02 + 0.1 * (n % 3))
          for n in range(12)]
     )  # fmt: skip
-    sieve = Sieve()
+    sieve = RainSieve()
     for step in range(30):
         state = at(0.1 * step, float(step))
         scan = simulate_scan(replace(LIDAR, dropout=0.05), world, state, step)

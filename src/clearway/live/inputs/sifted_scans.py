@@ -14,7 +14,7 @@ from clearway.base.state import State
 from clearway.live.inputs.reaction import flown_m, reaction_m
 from clearway.sensors import LidarSensor, PointMemory, RangeSensor, Scan
 from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.memory.sifting import NO_BALLS, NOTHING, Sieve, Sifted, sift
+from clearway.sensors.memory.sifting import NO_BALLS, NOTHING, RainSieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.seen_space import mark_unlooked
 
@@ -34,7 +34,7 @@ class SiftedScans:
     def __init__(self, planner: Planner, sensors: Mapping[str, RangeSensor]) -> None:
         self._planner = planner
         self.sieves = {
-            name: Sieve(sensor.lidar.false_returns > 0.0)
+            name: RainSieve(sensor.lidar.false_returns > 0.0)
             for name, sensor in sensors.items()
             if isinstance(sensor, LidarSensor)
         }
@@ -81,7 +81,7 @@ class SiftedScans:
         """How many returns of the latest scan of a sensor wait."""
         return self.sieves[name].held if name in self.sieves else 0
 
-    def _where_unlooked(self, sieve: Sieve, free_space: FreeSpace | None) -> Sieve:
+    def _where_unlooked(self, sieve: RainSieve, free_space: FreeSpace | None) -> RainSieve:
         """A sieve whose returns all wait, but for those where the vehicle may fly though no scan
         showed the place to be free."""
         balls, escape = sieve.at_once, self._planner.settings.escape

@@ -70,7 +70,7 @@ class Lone(NamedTuple):
     """[k] sweeps since, ascending from the end."""
 
 
-class Looked(NamedTuple):
+class SweepBefore(NamedTuple):
     """The latest sweep, and where it looked how far."""
 
     sensor: Sensor
@@ -98,7 +98,7 @@ NO_BALLS = Balls(NOTHING, np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sieve:
+class RainSieve:
     """What is known of the lone returns of one LiDAR; `sift` makes the next one."""
 
     declared: bool = False
@@ -119,7 +119,7 @@ class Sieve:
     waiting: Lone = NONE_WAIT
     at_once: Balls = NO_BALLS
     """Those of the latest sweep that count meanwhile, world frame."""
-    looked: Looked | None = None
+    looked: SweepBefore | None = None
 
     @property
     def share(self) -> float:
@@ -128,7 +128,7 @@ class Sieve:
 
 
 def sift(
-    sieve: Sieve,
+    sieve: RainSieve,
     lidar: Lidar,
     scan: Scan,
     state: State,
@@ -138,7 +138,7 @@ def sift(
     tolerance_m: float = 0.0,
     reach_m: float = np.inf,
     ground_m: float = -np.inf,
-) -> tuple[Sieve, Sifted]:
+) -> tuple[RainSieve, Sifted]:
     """Return what is known after a sweep taken at `state`, and the sweep as memory takes it.
 
     remembered: what earlier sweeps saw. near_m: what the vehicle needs to react to what it sees at
@@ -165,7 +165,7 @@ def sift(
     new = asked[~known]
     share = len(new) / lidar.pattern.beams, np.count_nonzero(against[new]) / lidar.pattern.beams
     sieve = _counted(sieve, *share, scan)
-    looked = Looked(sensor, directions.nearest_m, scan, lone[placed.source[new]])
+    looked = SweepBefore(sensor, directions.nearest_m, scan, lone[placed.source[new]])
     if not sieve.is_active:
         sieve = replace(sieve, held=0, waiting=NONE_WAIT, at_once=NO_BALLS)
         return replace(sieve, looked=looked._replace(held=looked.held[:0])), Sifted(scan, NOTHING)
@@ -180,14 +180,16 @@ def sift(
     return sieve, Sifted(counts, read_only(scan.points_m[looked.held]), before)
 
 
-def _contradicted(looked: Looked | None, places_m: FloatArray, raster: BeamRaster) -> BoolArray:
+def _contradicted(
+    looked: SweepBefore | None, places_m: FloatArray, raster: BeamRaster
+) -> BoolArray:
     """[n] whether a sweep looked through places [n, 3]."""
     if looked is None or not len(places_m):
         return np.zeros(len(places_m), dtype=np.bool_)
     return mark_contradicted(read_only(places_m), looked.nearest_m, looked.sensor, raster)
 
 
-def _counted(sieve: Sieve, alone: float, contradicted: float, scan: Scan) -> Sieve:
+def _counted(sieve: RainSieve, alone: float, contradicted: float, scan: Scan) -> RainSieve:
     """The sieve with its averages after a sweep, and whether returns wait by them."""
     against = sieve.contradicted + (1.0 - RATE_KEPT) * (contradicted - sieve.contradicted)
     if not (sieve.declared or against > (DRY if sieve.is_active else RAINS)):
@@ -205,7 +207,9 @@ def _counted(sieve: Sieve, alone: float, contradicted: float, scan: Scan) -> Sie
     )
 
 
-def _corrected(sieve: Sieve, borne_out: BoolArray, now: Looked, raster: BeamRaster) -> Scan | None:
+def _corrected(
+    sieve: RainSieve, borne_out: BoolArray, now: SweepBefore, raster: BeamRaster
+) -> Scan | None:
     """The sweep before without returns that nothing bears out, and through whose place beams have
     gone on now."""
     before = sieve.looked
