@@ -14,7 +14,7 @@ from clearway.base.state import State
 from clearway.live.inputs.reaction import flown_m, reaction_m
 from clearway.sensors import LidarSensor, PointMemory, RangeSensor, Scan
 from clearway.sensors.memory.remembered import Balls
-from clearway.sensors.memory.sifting import NO_BALLS, NOTHING, RainSieve, Sifted, sift
+from clearway.sensors.memory.sifting import NO_BALLS, NO_RETURNS, RainSieve, Sifted, sift
 from clearway.sensors.observed.free_space import FreeSpace
 from clearway.sensors.observed.seen_space import mark_unlooked
 
@@ -55,7 +55,7 @@ class SiftedScans:
         memory, free_space: of before the scan. ground_m: height of ground that is no obstacle.
         """
         if not isinstance(sensor, LidarSensor):
-            return Sifted(scan, NOTHING), memory, None
+            return Sifted(scan, NO_RETURNS), memory, None
         name, planner = sensor.name, self._planner
         before = self._seen_from.get(name)
         self._seen_from[name] = state

@@ -34,6 +34,7 @@ from clearway.sensors.beams.binning import TINY
 from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.beams.raster import BeamRaster, beam_raster, directions_of
 from clearway.sensors.memory.doubt import THINNEST_M
+from clearway.sensors.memory.point_memory import NONE_HIDING
 from clearway.sensors.memory.remembered import Balls
 from clearway.sensors.passing.lone_returns import (
     OnBeams,
@@ -92,9 +93,9 @@ class Sifted(NamedTuple):
     it was."""
 
 
-NOTHING = read_only(np.zeros((0, 3)))
-NONE_WAIT = Lone(OnBeams(NOTHING, NOTHING, np.zeros(0)), np.zeros(0, dtype=np.int64))
-NO_BALLS = Balls(NOTHING, np.zeros(0))
+NO_RETURNS = NONE_HIDING
+NONE_WAIT = Lone(OnBeams(NO_RETURNS, NO_RETURNS, np.zeros(0)), np.zeros(0, dtype=np.int64))
+NO_BALLS = Balls(NO_RETURNS, np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,7 +169,9 @@ def sift(
     looked = SweepBefore(sensor, directions.nearest_m, scan, lone[placed.source[new]])
     if not sieve.is_active:
         sieve = replace(sieve, held=0, waiting=NONE_WAIT, at_once=NO_BALLS)
-        return replace(sieve, looked=looked._replace(held=looked.held[:0])), Sifted(scan, NOTHING)
+        return replace(sieve, looked=looked._replace(held=looked.held[:0])), Sifted(
+            scan, NO_RETURNS
+        )
     before = _corrected(sieve, borne_out, looked, raster)
     urgent = new[(placed.distance_m[new] <= near_m) & ~against[new]]
     kept = np.ones(len(scan.points_m), dtype=np.bool_)
