@@ -378,6 +378,7 @@ def test_scan_is_not_changed_and_repeats():
     [
         (lambda: Scan(np.zeros((3, 2))), r"shape \[n, 3\], got \[3, 2\]"),
         (lambda: Lidar("x", PATTERN, dropout=1.0), r"dropout must be in \[0, 1\)"),
+        (lambda: Lidar("x", PATTERN, false_returns=-0.1), r"false_returns must be in \[0, 1\)"),
         (lambda: Lidar("x", PATTERN, sigma_m=-0.1), "sigma_m must be"),
         (lambda: Lidar("x", PATTERN, airframe_radius_m=np.nan), "airframe_radius_m must be"),
         (lambda: Mounting([0.0, np.inf, 0.0]), "position_m must be three finite"),

@@ -73,6 +73,29 @@ def test_a_scan_is_what_its_draws_say():
         np.testing.assert_array_equal(points, ranges[back, None] * pattern.directions[met][back])
 
 
+def test_a_share_of_the_beams_returns_from_anywhere_in_place_of_the_truth():
+    pattern = BeamPattern.rotating(
+        np.linspace(-30.0, 30.0, 31), 1.0, min_range_m=2.0, max_range_m=20.0
+    )
+    lidar, state = Lidar("x", pattern, false_returns=0.02), State(np.zeros(3))
+    for world in (WORLD, BallWorld.of()):
+        dry = simulate_scan(Lidar("x", pattern), world, state).points_m
+        wet = simulate_scan(lidar, world, state, seed=3).points_m
+        np.testing.assert_array_equal(wet, simulate_scan(lidar, world, state, seed=3).points_m)
+        true = {tuple(point) for point in dry.tolist()}
+        false = np.array([point for point in wet.tolist() if tuple(point) not in true])
+        # 4 standard deviations of a binomial count, and what misses the truth that is replaced.
+        assert abs(len(false) / pattern.beams - 0.02) < 4.0 * np.sqrt(0.02 * 0.98 / pattern.beams)
+        ranges = np.linalg.norm(false, axis=1)
+        assert 2.0 <= ranges.min() < 3.5
+        assert 18.5 < ranges.max() <= 20.0
+        assert abs(ranges.mean() - 11.0) < 4.0 * 18.0 / np.sqrt(12.0 * len(false))
+        ways = false / ranges[:, None]
+        assert not len(dry) or (ways @ (dry / np.linalg.norm(dry, axis=1)[:, None]).T).max() > 0.9
+        directions = wet / np.linalg.norm(wet, axis=1)[:, None]
+        assert len(np.unique(np.round(directions, 9), axis=0)) == len(wet), "one return a beam"
+
+
 def test_blind_and_too_far_surfaces_do_not_return():
     near_and_far = BeamPattern.rotating([0.0], 1.0, min_range_m=5.5, max_range_m=10.0)
     scan = simulate_scan(Lidar("x", near_and_far, sigma_m=0.02), WORLD, State(np.zeros(3)), seed=2)

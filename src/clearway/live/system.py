@@ -258,7 +258,10 @@ class AvoidanceSystem:
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold, searched)
         self._mode = mode_after(self._mode, facts)
         had_escape, alarm_watch = self._plan.had_certain, self._alarm_watch
-        wrong = AlarmFacts(decision, self._mode, self.progress, self.mission, had_escape)
+        false_share = self._known.sensing.false_share
+        wrong = AlarmFacts(
+            decision, self._mode, self.progress, self.mission, had_escape, false_share
+        )
         self._alarm_watch = alarm_watch.after(wrong) if self.followed else alarm_watch.afresh()
         told = self._told  # By hand: to subtract counters takes five times as long.
         fresh = {
@@ -281,6 +284,7 @@ class AvoidanceSystem:
             picture,
             self._known.blind_s(now),
             self._alarm_watch.alarms,
+            false_share,
         )
 
     def leave_plan(self) -> None:

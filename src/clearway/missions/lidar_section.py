@@ -54,6 +54,8 @@ class LidarSection(Section):
     """Standard deviation of the range."""
     dropout: float = Field(default=0.0, ge=0.0, lt=1.0)
     """Share of returns that get lost."""
+    false_returns: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Share of beams that return from anywhere within the range: rain, dust, the sun."""
     airframe_radius_m: NotNegative = 0.0
     """Returns within this distance of the body's origin come from the own airframe."""
     precision: float = Field(default=1.0, gt=0.0, le=1.0)

@@ -25,7 +25,12 @@ from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.beams.raster import beam_raster, nearest_returns
 from clearway.sensors.cells.detection import Detection, DetectionRule, detect
 from clearway.sensors.cells.placing import Ground
-from clearway.sensors.memory.point_memory import PointMemory, remember, update_memory
+from clearway.sensors.memory.point_memory import (
+    NONE_HIDING,
+    PointMemory,
+    remember,
+    update_memory,
+)
 from clearway.sensors.memory.remembered import Pitch
 from clearway.sensors.memory.swept_boxes import boxes_of_returns
 from clearway.sensors.memory.uncertain import radii_unsure, turned_by
@@ -217,6 +222,7 @@ def remember_reading(
     tolerance_m: float = 0.0,
     angle_rad: float = 0.0,
     ground_m: float = -np.inf,
+    hiding_m: FloatArray = NONE_HIDING,
 ) -> PointMemory:
     """Memory of one sensor after a reading; see `update_memory`, which does it for a `Lidar`."""
     if isinstance(sensor, LidarSensor):
@@ -228,6 +234,7 @@ def remember_reading(
             tolerance_m=tolerance_m,
             angle_rad=angle_rad,
             ground_m=ground_m,
+            hiding_m=hiding_m,
         )
     noise = tolerance_m + 3.0 * sensor.sigma_m
     tolerance = noise + 0.5 * memory.voxel_m

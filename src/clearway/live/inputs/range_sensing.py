@@ -21,6 +21,8 @@ from clearway.live.dynamic_objects import (
     follow,
     forget_dynamic_objects,
 )
+from clearway.live.inputs.reaction import smallest_object_m
+from clearway.live.inputs.sifted_scans import HELD_BACK, SiftedScans
 from clearway.sensors import (
     Court,
     Detection,
@@ -41,8 +43,6 @@ from clearway.vehicle.scale import MEMORY_REACH, MEMORY_VOXEL, voxel_m
 
 SEEN_REACH = 1.2
 """How far away free space is marked, in ranges of the grid or of escapes."""
-SMALLEST_M = 0.3
-"""Thickness of the smallest object for what can stop, where none is declared: a branch, a post."""
 MEMORY_BEAMS = 1.75
 """Beam spacings that a voxel is wide at least, of a vehicle with inertia: finer ones hold a return
 each, and fill a memory in ten scans."""
@@ -66,15 +66,6 @@ def free_space_for(
         smallest_m=smallest_object_m(planner),
         finds_all=planner.automaton.can_stop,
     )
-
-
-def smallest_object_m(planner: Planner) -> float:
-    """Thickness of the smallest object that may not hide between beams; 0 where that is not asked:
-    what cannot stop has to see too far."""
-    declared_m = planner.settings.smallest_object_m
-    if declared_m is None:
-        return SMALLEST_M if planner.automaton.has_inertia else 0.0
-    return declared_m
 
 
 def _start_free_m(planner: Planner) -> float:
@@ -126,6 +117,7 @@ class RangeSensing:
             name: _nothing_remembered(planner, sensor, self.memory_reach_m)
             for name, sensor in sensors.items()
         }
+        self._sifted = SiftedScans(planner, sensors)
         # Alone, a sensor has nobody to contradict it.
         court = Court.of(sensors, margin, reach, planner.speed_mps)
         self._court = court if len(sensors) > 1 else None
@@ -142,27 +134,34 @@ class RangeSensing:
         """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
+        counts, memory, before = self._sifted.take(
+            sensor, scan, state, self._memories[scan.sensor], self.free_space, self._ground_m
+        )
         self._memories[scan.sensor] = remember_reading(
-            self._memories[scan.sensor],
+            memory,
             sensor,
-            scan,
+            counts.scan,
             state,
             tolerance_m=sigmas * state.position_std_m,
             angle_rad=sigmas * state.attitude_std_rad,
             ground_m=self._ground_m,
+            hiding_m=counts.hiding_m,
         )
         if self._court is not None:
             self._court = heard(
                 self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
             )
         if self.free_space is not None and self.believes(scan.sensor):
+            if before is not None and isinstance(sensor, LidarSensor):
+                off_m = sigmas * before.state.position_std_m
+                self.free_space.correct(sensor.lidar, *before, off_m)
             self.free_space.take(sensor, scan, state, sigmas * state.position_std_m)
             # What is declared free is so only as far as nothing is seen to stand there.
             near = self._memories[scan.sensor].near(*self.free_space.start)
             self.free_space.withdraw_start(*near)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
-        return _left_out(self._memories[scan.sensor])
+        return _left_out(self._memories[scan.sensor], self._sifted.held(scan.sensor))
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
@@ -218,6 +217,12 @@ class RangeSensing:
         """How far the LiDAR that sees farthest shows its way to be free; 0 without any."""
         lidars = (each.lidar for each in self.sensors.values() if isinstance(each, LidarSensor))
         return max((lidar.clears_to_m for lidar in lidars), default=0.0)
+
+    @property
+    def false_share(self) -> float:
+        """Estimated share of the beams of a LiDAR with false returns, of the worst one."""
+        shares = (sieve.share for name, sieve in self._sifted.sieves.items() if self.believes(name))
+        return max(shares, default=0.0)
 
     @property
     def dynamic_objects(self) -> list[Intruder]:
@@ -290,12 +295,22 @@ class RangeSensing:
             place, radius = memory.near(position_m, reach)
             worse = self.sensors[name].sigma_m - best
             near.append((place, radius + settings.point_sigmas * worse if worse else radius))
-        return _together(near)
+        return _together(near + self._at_once)
 
     @property
     def remembered(self) -> PointHazards:
         """What is told of this and earlier scans."""
-        return _together([memory.told for _, memory in self._believed_memories()])
+        told = [memory.told for _, memory in self._believed_memories()]
+        return _together(told + self._at_once)
+
+    @property
+    def _at_once(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Balls of lone returns that are too near to wait."""
+        return [
+            sieve.at_once
+            for name, sieve in self._sifted.sieves.items()
+            if len(sieve.at_once.radius_m) and self.believes(name)
+        ]
 
     def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
@@ -317,15 +332,16 @@ def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -
     )
 
 
-def _left_out(memory: PointMemory) -> Mapping[str, int]:
+def _left_out(memory: PointMemory, held: int) -> Mapping[str, int]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
-    if not (memory.merged or memory.dropped or memory.too_small):
+    if not (memory.merged or memory.dropped or memory.too_small or held):
         return {}
     return +Counter(
         {
             "memory: merged into coarser balls, for want of room": memory.merged,
             "memory: out of reach and forgotten, for want of room": memory.dropped,
             "memory: returns of less than smallest_object_m": memory.too_small,
+            HELD_BACK: held,
         }
     )
 

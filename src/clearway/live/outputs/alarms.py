@@ -28,6 +28,9 @@ STAYS = 24.0
 LEVEL_DEG = 1.0
 """By which the middle of a field of view may be off the horizon, and count as on it, twice."""
 
+MOST_FALSE = 0.01
+"""Share of beams with false returns, above which an alarm is raised."""
+
 
 class AlarmKind(StrEnum):
     """What is wrong."""
@@ -38,6 +41,8 @@ class AlarmKind(StrEnum):
     """The vehicle does not leave a place."""
     OFF_HEIGHT = "off height"
     """It climbs or sinks away from its goal, and nothing makes it."""
+    FALSE_RETURNS = "false returns"
+    """Many beams of a LiDAR return alone, and nothing bears them out: rain, dust, the sun."""
 
 
 class Alarm(NamedTuple):
@@ -58,6 +63,8 @@ class AlarmFacts(NamedTuple):
     mission: Mission
     had_escape: bool
     """Whether a certain escape was held at any time of the flight."""
+    false_share: float = 0.0
+    """Estimated share of the beams of a LiDAR with false returns."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +103,12 @@ class AlarmWatch:
             off_m=_off_leg_m(facts),
             in_empty_air=self.in_empty_air and _is_empty(hazards),
         )
-        found = (seen._no_escape(facts), seen._stays(facts), seen._off_height(facts, self))
+        found = (
+            seen._no_escape(facts),
+            seen._stays(facts),
+            seen._off_height(facts, self),
+            _false_returns(facts.false_share),
+        )
         return replace(seen, alarms=tuple(alarm for alarm in found if alarm is not None))
 
     def afresh(self) -> AlarmWatch:
@@ -162,6 +174,19 @@ class AlarmWatch:
                 "horizon, which may be why"
             )
         return Alarm(AlarmKind.OFF_HEIGHT, why, breaks_promise=False)
+
+
+def _false_returns(share: float) -> Alarm | None:
+    """More of them than flights were measured with."""
+    if share <= MOST_FALSE:
+        return None
+    why = f"{say_false(share)} Above {100.0 * MOST_FALSE:g} % the way on is often not found"
+    return Alarm(AlarmKind.FALSE_RETURNS, why, breaks_promise=False)
+
+
+def say_false(share: float) -> str:
+    """An estimated share of false returns in words."""
+    return f"{100.0 * share:.2g} % of the beams return alone: rain or dust?"
 
 
 def _is_empty(hazards: Hazards) -> bool:

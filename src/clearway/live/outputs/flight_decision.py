@@ -10,7 +10,7 @@ from clearway.base.brief import one_line, runs
 from clearway.base.notebook import html_table
 from clearway.base.state import State
 from clearway.live.mission import Mode
-from clearway.live.outputs.alarms import Alarm
+from clearway.live.outputs.alarms import MOST_FALSE, Alarm, say_false
 from clearway.live.outputs.alerting import TrafficPicture
 from clearway.live.outputs.explain import explanation
 from clearway.live.outputs.modes import NOTHING_SENSED, ModeState
@@ -42,6 +42,8 @@ class FlightDecision:
     none."""
     alarms: tuple[Alarm, ...] = ()
     """What is wrong with the flight: a promise not kept, a goal that is left."""
+    false_share: float = 0.0
+    """Estimated share of the beams of a LiDAR with false returns; 0 where none stand out."""
 
     @cached_property
     def explanation(self) -> str:
@@ -51,6 +53,8 @@ class FlightDecision:
             words += f"; {NOTHING_SENSED} for {self.blind_s:.1f} s"
         if self.in_doubt:
             words += "; the clock jumped, and the own place is in doubt until its next own state"
+        if 0.0 < self.false_share <= MOST_FALSE:
+            words += f"; {say_false(self.false_share)}"
         if self.traffic is not None and self.traffic.alerts.level:
             words += f"; {self.traffic.in_words}"
         return "; ".join([words, *(f"ALARM: {alarm.why}" for alarm in self.alarms)])

@@ -123,6 +123,17 @@ def over_drop_outs(sensors: Sequence[AnySensor], flown: str) -> str:
     return f"; {100.0 * lost:.3g} % of returns are lost: what whole sweeps miss passes for free"
 
 
+def over_false_returns(sensors: Sequence[AnySensor]) -> str:
+    """What is done about returns that are declared to be false; empty where there are none."""
+    share = max((one.false_returns for one in sensors if isinstance(one, Lidar)), default=0.0)
+    if share == 0.0:
+        return ""
+    return (
+        f"; {100.0 * share:.3g} % of the beams return falsely: a return that stands alone counts "
+        "once a second scan bears it out"
+    )
+
+
 def over_unsure(planner: Planner, start: State) -> str:
     """What own states that are off cost who cannot stop; who can, holds meanwhile.
 

@@ -22,7 +22,13 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.inputs.range_sensing import start_room_m
-from clearway.live.preflight.doubts import are_level, over_drop_outs, over_unsure, over_wide_margin
+from clearway.live.preflight.doubts import (
+    are_level,
+    over_drop_outs,
+    over_false_returns,
+    over_unsure,
+    over_wide_margin,
+)
 from clearway.live.preflight.straight_trial import ORIGIN, settles, start_ball_m, with_start_ball
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes.library import EscapeLibrary
@@ -116,6 +122,7 @@ def escape_plan(
     if span_m is not None and plan.flown in (Escape.STRICT, Escape.MAPPED):
         plan = replace(plan, why=f"{plan.why}; {COLUMNS.format(*span_m)}")
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
+    doubts += over_false_returns(sensors)
     if start is not None and plan.flown == Escape.STRICT:
         doubts += over_unsure(planner, start)
     return replace(plan, why=plan.why + doubts) if doubts else plan

@@ -11,26 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.avoidance.plan.planner import Planner
-from clearway.live.inputs.range_sensing import smallest_object_m
+from clearway.live.inputs.reaction import smallest_object_m, turning_distance_m
 from clearway.sensors import Lidar
 from clearway.sensors.observed.view_shape import view_shape
 
 MILLIMETRES = 1e3
-
-
-def turning_distance_m(planner: Planner) -> float:
-    """How far ahead something must be seen to be passed with the margin.
-
-    One movement until the next decision, then a turn away: on a circle of the turning radius that
-    begins at a distance d, the nearest to a point straight ahead is sqrt(d^2 + R^2) - R. Without
-    a radius, of what can stop, that is d.
-    """
-    automaton, margin = planner.automaton, planner.settings.safety_margin_m
-    radius = automaton.room_to_turn_m
-    if not np.isfinite(radius):
-        return planner.grid.range_m
-    needed = automaton.step_m + float(np.sqrt(margin * (margin + 2.0 * radius)))
-    return min(needed, planner.grid.range_m)
 
 
 def thickness_held_m(planner: Planner, lidars: Sequence[Lidar]) -> float:

@@ -67,6 +67,8 @@ class Lidar:
     """Standard deviation of the range."""
     dropout: float = 0.0
     """Share of returns that get lost, in [0, 1)."""
+    false_returns: float = 0.0
+    """Share of beams that return from anywhere within the range, in [0, 1): rain, dust, the sun."""
     airframe_radius_m: float = 0.0
     """Returns within this distance of the body's origin come from the own airframe."""
     standing: Standing = FULL
@@ -83,6 +85,7 @@ class Lidar:
         kind_of(f"lidar {self.name}: pattern", self.pattern, BeamPattern)
         if not 0.0 <= self.dropout < 1.0:
             raise ClearwayError(f"lidar {self.name}: dropout must be in [0, 1), got {self.dropout}")
+        self._refuse_false_returns()
         for name in ("sigma_m", "airframe_radius_m"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ClearwayError(
@@ -93,6 +96,14 @@ class Lidar:
                 f"lidar {self.name}: dark_range_m must be a number > 0, got {self.dark_range_m}"
             )
         take_floats(self, Lidar)
+
+    def _refuse_false_returns(self) -> None:
+        """Raise ClearwayError for a share that is none, or of an endless range."""
+        share = self.false_returns
+        if not 0.0 <= share < 1.0:
+            raise ClearwayError(f"lidar {self.name}: false_returns must be in [0, 1), got {share}")
+        if share > 0.0 and not self.pattern.max_range_m < np.inf:
+            raise ClearwayError(f"lidar {self.name}: false_returns needs a range that ends")
 
     @property
     def clears_to_m(self) -> float:

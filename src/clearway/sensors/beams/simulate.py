@@ -53,14 +53,20 @@ def simulate_scan(
     Ranges carry normal noise of the sensor's sigma along the beam, returns get lost with its
     drop-out probability; both are drawn for beams that meet something, and are the same for the
     same seed. Returns nearer than the blind range or beyond the sensor's range do not come back.
+    A false return takes the place of what its beam would have met.
     """
     rng = np.random.default_rng(seed)
     pattern = lidar.pattern
     rotation, origin = sensor_pose(lidar, state)
     if _meets_nothing(world, origin, pattern.max_range_m):
-        return Scan(np.zeros((0, 3)), state.time_s, sensor=lidar.name)
-    directions = _turned(pattern.directions, read_only(rotation))
-    ranges = read_only(world.cast(origin, directions, pattern.max_range_m))
+        if lidar.false_returns == 0.0:
+            return Scan(np.zeros((0, 3)), state.time_s, sensor=lidar.name)
+        ranges = np.full(pattern.beams, np.inf)
+    else:
+        directions = _turned(pattern.directions, read_only(rotation))
+        ranges = read_only(world.cast(origin, directions, pattern.max_range_m))
+    if lidar.false_returns > 0.0:
+        ranges = _with_false(lidar, ranges, rng)
     met = int(np.count_nonzero(np.isfinite(ranges)))
     points = _returns(
         pattern.directions,
@@ -72,6 +78,14 @@ def simulate_scan(
         float(lidar.dropout),
     )
     return Scan(points, state.time_s, sensor=lidar.name)
+
+
+def _with_false(lidar: Lidar, ranges: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Return ranges [beams] of which a share is drawn evenly from the sensor's whole range."""
+    pattern = lidar.pattern
+    false = rng.random(pattern.beams) < lidar.false_returns
+    drawn = rng.uniform(pattern.min_range_m, pattern.max_range_m, pattern.beams)
+    return read_only(np.where(false, drawn, ranges))
 
 
 def _meets_nothing(world: World, origin: FloatArray, max_range_m: float) -> bool:

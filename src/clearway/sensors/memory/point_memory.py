@@ -32,12 +32,13 @@ from clearway.sensors.memory.remembered import (
     no_boxes,
     pick_boxes,
 )
-from clearway.sensors.memory.sweep import Swept, remember_sweep, swept_by
+from clearway.sensors.memory.sweep import Swept, nearest_with, remember_sweep, swept_by
 from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
 from clearway.sensors.memory.uncertain import radii_unsure, turned_by
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.passing.width import returns_with_size
 
+NONE_HIDING = read_only(np.zeros((0, 3)))
 CAPACITY = 20_000
 """Balls that are remembered, where nothing else is set."""
 AMID = 256.0 / 3.0
@@ -91,6 +92,8 @@ class PointMemory:
     """Balls that became part of coarser ones with it."""
     too_small: int = 0
     """Returns of it that come from nothing of the smallest size."""
+    sifted_from_s: float = np.inf
+    """Since when lone returns come only if a second sweep bears them out; inf where they all do."""
 
     __repr__ = brief
 
@@ -169,10 +172,13 @@ class PointMemory:
     @property
     def told(self) -> Balls:
         """What to keep clear of: all that is remembered; but where it pours, a lone return only
-        from a second sweep on that sees it."""
-        if not self.pours:
+        from a second sweep on that sees it. What was sifted has been seen twice."""
+        is_sifted = self.sifted_from_s < np.inf
+        if not (is_sifted or self.pours):
             return self.balls
         waits = (self.boxes.sweeps == 1) & (self.boxes.kind == ALONE) & (self.boxes.size_m == 0.0)
+        if is_sifted:
+            waits &= self.boxes.last_seen_s < self.sifted_from_s
         return Balls(self.position_m[~waits], self.radius_m[~waits])
 
     @property
@@ -183,7 +189,7 @@ class PointMemory:
             self.fine_m,
             float(self.passes_to_clear),
             self.smallest_m or THINNEST_M,
-            self.alone_a_sweep >= RAIN,
+            self.alone_a_sweep >= RAIN or self.sifted_from_s < np.inf,
         )
 
 
@@ -196,9 +202,11 @@ def update_memory(
     tolerance_m: float = 0.0,
     angle_rad: float = 0.0,
     ground_m: float = -np.inf,
+    hiding_m: FloatArray = NONE_HIDING,
 ) -> PointMemory:
     """Memory after a scan taken at `state`: forget what it passed through, remember its returns.
 
+    hiding_m: [k, 3] more returns of it, which are not remembered and hide what is behind them.
     tolerance_m: uncertainty of the pose, added to the range by which beams must pass a point.
     angle_rad: how far the attitude may be off: returns stand for all places where they may be, and
     a point is passed only if it is whichever way the attitude is off.
@@ -216,7 +224,7 @@ def update_memory(
         limits = _limits(memory, scan.time_s, noise)
         rule, remembered = memory.rule, (memory.boxes, memory.balls)
         too_small, swept = swept_by(
-            scan.points_m, *remembered, sensor, before, raster, rule, limits, ground
+            scan.points_m, hiding_m, *remembered, sensor, before, raster, rule, limits, ground
         )
         return _after(memory, swept, sensor, too_small)
     directions = directions_of(scan.points_m, raster)
@@ -226,11 +234,12 @@ def update_memory(
     pitch, points = Pitch(memory.voxel_m, memory.fine_m), read_only(seen.points_m)
     boxes = boxes_of_returns(points, radii, seen.size_m, sensor.origin, pitch, float(scan.time_s))
     again = seen_again(memory.boxes, boxes, memory.voxel_m)
+    nearest = nearest_with(directions.nearest_m, hiding_m, raster)
     doubt = [
         doubts(
             memory.boxes,
             again,
-            directions.nearest_m,
+            nearest,
             sensor_at(lidar, turned, noise),
             before,
             raster,
@@ -300,6 +309,7 @@ def _after(
         dropped=room.dropped,
         merged=room.merged,
         too_small=too_small,
+        sifted_from_s=memory.sifted_from_s,
     )
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
-from clearway.sensors.beams.raster import BeamRaster, directions_of
+from clearway.sensors.beams.raster import BeamRaster, directions_of, nearest_returns
 from clearway.sensors.memory.bounded import Limits, Room, fits, make_room
 from clearway.sensors.memory.doubt import DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
@@ -37,6 +37,7 @@ class Swept(NamedTuple):
 @compiled
 def swept_by(
     points: Floats2,
+    hiding: Floats2,
     boxes: Boxes,
     balls: Balls,
     sensor: Sensor,
@@ -46,7 +47,10 @@ def swept_by(
     limits: Limits,
     ground: float,
 ) -> tuple[int, Swept]:
-    """Returns left out as too small, and what a sweep whose attitude is known leaves."""
+    """Returns left out as too small, and what a sweep whose attitude is known leaves.
+
+    hiding: [k, 3] more returns, which only hide what is behind them.
+    """
     directions = directions_of(points, raster)
     seen = returns_with_size(points, sensor, limits.reach_m, ground, directions, limits.smallest_m)
     pitch = Pitch(limits.voxel_m, limits.fine_m)
@@ -54,8 +58,22 @@ def swept_by(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
     again = found_again(boxes, table, limits.voxel_m)
-    doubt = doubts(boxes, again, directions.nearest_m, sensor, before, raster, rule)
+    nearest = nearest_with(directions.nearest_m, hiding, raster)
+    doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
     return seen.too_small, remember_sweep(boxes, balls, doubt, new, again, sensor.origin, limits)
+
+
+@compiled
+def nearest_with(nearest: Floats2, hiding: Floats2, raster: BeamRaster) -> Floats2:
+    """[columns, rows] range of the nearest return per bin, of some more too."""
+    if len(hiding) == 0:
+        return nearest
+    both = nearest_returns(hiding, raster)
+    columns, rows = both.shape
+    for c in range(columns):
+        for r in range(rows):
+            both[c, r] = min(both[c, r], nearest[c, r])
+    return both
 
 
 @compiled

@@ -165,7 +165,14 @@ class FreeSpace:
         else:
             self._take_passes(sensor, scan, state, tolerance_m)
 
-    def _take_sweep(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float) -> None:
+    def correct(self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float = 0.0) -> None:
+        """Take the latest sweep of a LiDAR once more, as it is known by now."""
+        if lidar.name in self._kept.latest:
+            self._take_sweep(lidar, scan, state, tolerance_m, again=True)
+
+    def _take_sweep(
+        self, lidar: Lidar, scan: Scan, state: State, tolerance_m: float, *, again: bool = False
+    ) -> None:
         shape = view_shape(lidar.pattern)
         sensor = sensor_at(lidar, state, 0.0)
         if scan.blind_m is not None:
@@ -174,7 +181,7 @@ class FreeSpace:
         # Nobody knows how high beams passed that may be tilted: only columns are marked by them.
         limits_m = float(sensor.min_range), 0.0 if scan.tilt_rad else reach_m
         short_m = tolerance_m + 3.0 * lidar.sigma_m
-        slot, image = self._kept.take(lidar, scan, sensor, limits_m, short_m)
+        slot, image = self._kept.take(lidar, scan, sensor, limits_m, short_m, again=again)
         if sensor.min_range > 0.0:
             hide_unheard(image, shape.numbers, shape.directions, sensor, self._for_blind(sensor))
         self._kept.finish(lidar, slot)

@@ -68,15 +68,18 @@ class KeptViews:
         sensor: Sensor,
         limits_m: tuple[float, float],
         short_m: float,
+        *,
+        again: bool = False,
     ) -> tuple[int, np.ndarray]:
         """Lay out a scan in a slot, and return that and its image, without its pyramid.
 
+        again: in place of the latest of its sensor, of which it says what that was.
         limits_m: nearest and farthest distance at which it shows anything. short_m: so far before
         a return nothing is free.
         """
         kind = self._kind_of(lidar)
         shape = self._shapes[kind][1]
-        slot = self._free_slot()
+        slot = self._latest[lidar.name] if again else self._free_slot()
         views = self._of
         views.pose[slot] = *sensor.rotation.ravel(), *sensor.origin
         views.limits[slot], views.kind[slot] = limits_m, kind

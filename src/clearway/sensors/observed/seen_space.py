@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import Floats, UInt64s3
+from clearway.base.arrays import Bools, Floats, Floats2, UInt64s3
 from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
@@ -119,3 +119,16 @@ def is_voxel_free(seen: SeenSpace, a: int, b: int, c: int) -> bool:
     width = 1.0 / seen.window[3]
     x, y, z = (a + 0.5) * width, (b + 0.5) * width, (c + 0.5) * width
     return is_free(seen, x, y, z, HALF_DIAGONAL * width)
+
+
+@compiled
+def mark_unlooked(seen: SeenSpace, places: Floats2, radii: Floats, must_see: bool) -> Bools:
+    """[n] whether balls of the world, [n, 3] and [n], count as free though no view shows them: by
+    declaration, or as all does where nothing must be seen."""
+    unlooked = np.zeros(len(radii), dtype=np.bool_)
+    for n in range(len(radii)):
+        x, y, z = places[n, 0], places[n, 1], places[n, 2]
+        if must_see and not is_declared(seen.window, x, y, z, 0.0):
+            continue
+        unlooked[n] = first_showing(seen.views, seen.window, x, y, z, radii[n]) == NONE
+    return unlooked
