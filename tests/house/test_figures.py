@@ -43,6 +43,9 @@ NO_MEASUREMENT = {
         "90 %": "a level",
         "97 %": "a level",
         "99 %": "a level",
+        "0.4 %": "of the example",
+        "0.03 %": "from which lone returns wait, a setting",
+        "1 %": "from which there is an alarm, a setting",
     },
     "guardian.md": {"10 ms": "within which commands are taken as one"},
     "limits.md": {"69 %": "of any ten of ten"},
@@ -65,6 +68,7 @@ NO_MEASUREMENT = {
         "97 to 100 %": "of simulated studies: tests/base/test_intervals.py",
     },
     "own-drone.md": {"80 %": "a recommendation"},
+    "safety.md": {"1 %": "of lone returns, from which there is an alarm, a setting"},
     "volumes.md": {
         "75 %": "by which climb rates miss the heights flown to be set aside, a setting"
     },
