@@ -21,19 +21,11 @@ from tools.figures import (
     wrong_quotes,
 )
 
-from repository import REPOSITORY
+from repository import GENERATED_PAGES, REPOSITORY
 
-GENERATED = {
-    "api.md",
-    "changelog.md",
-    "equations.md",
-    "licences.md",
-    "missions.md",
-    "python.md",
-    "reproduction.md",
-}
-"""Pages of docs that a command or the code itself makes; each has a test of its own."""
-WRITTEN = [page for page in pages() if RESULTS not in page.parents and page.name not in GENERATED]
+WRITTEN = [
+    page for page in pages() if RESULTS not in page.parents and page.name not in GENERATED_PAGES
+]
 NO_MEASUREMENT = {
     "": {"95 %": "the confidence of every interval"},
     "decisions.md": {"60 %": "share of returns that makes a cluster a moving one"},

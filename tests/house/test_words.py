@@ -8,19 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from repository import REPOSITORY
+from repository import GENERATED_PAGES, REPOSITORY
 
 DOCS = REPOSITORY / "docs"
-GENERATED = (
-    "api.md",
-    "changelog.md",
-    "equations.md",
-    "licences.md",
-    "missions.md",
-    "python.md",
-    "reproduction.md",
-)
-"""Pages of docs that a command or the code itself makes."""
 TOP = [
     REPOSITORY / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 ]
@@ -29,7 +19,7 @@ WRITTEN = [
     *(
         page
         for page in sorted(DOCS.rglob("*.md"))
-        if page.name not in GENERATED and "results" not in page.parts
+        if page.name not in GENERATED_PAGES and "results" not in page.parts
     ),
 ]
 LINES, LINES_OF = 150, {"README.md": 110, "CHANGELOG.md": 100}

@@ -253,7 +253,7 @@ class AvoidanceSystem:
         goal = self.progress.goal
         blind_s = self._blind_s(now)
         bold = self._insistence is not None and self._insistence.bold and blind_s is None
-        routes = self._known.route_planner
+        routes = self._known.route_planner if self.progress.closed else None
         searched = "" if routes is None else routes.searched
         facts = ModeFacts(decision, self.progress, self.mission, blind_s, bold, searched)
         self._mode = mode_after(self._mode, facts)

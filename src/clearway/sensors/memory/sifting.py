@@ -38,12 +38,16 @@ from clearway.sensors.memory.point_memory import NONE_HIDING
 from clearway.sensors.memory.remembered import Balls
 from clearway.sensors.passing.lone_returns import (
     OnBeams,
-    mark_contradicted,
     mark_lone,
     mark_near_any,
     mark_same,
 )
-from clearway.sensors.passing.passed_points import Sensor, place_returns, sensor_at
+from clearway.sensors.passing.passed_points import (
+    Sensor,
+    passed_through,
+    place_returns,
+    sensor_at,
+)
 
 WAITS = 2
 """Sweeps for which a lone return waits: what shows in every other one is borne out."""
@@ -189,7 +193,10 @@ def _contradicted(
     """[n] whether a sweep looked through places [n, 3]."""
     if looked is None or not len(places_m):
         return np.zeros(len(places_m), dtype=np.bool_)
-    return mark_contradicted(read_only(places_m), looked.nearest_m, looked.sensor, raster)
+    whatever_size = read_only(np.full(len(places_m), np.inf))
+    return passed_through(
+        read_only(places_m), whatever_size, looked.nearest_m, looked.sensor, raster
+    )
 
 
 def _counted(sieve: RainSieve, alone: float, contradicted: float, scan: Scan) -> RainSieve:

@@ -12,8 +12,7 @@ import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Int32s
 from clearway.base.compiled import compiled
-from clearway.sensors.beams.raster import BeamRaster, Directions
-from clearway.sensors.passing.passed_points import Sensor, goes_on, in_sensor
+from clearway.sensors.beams.raster import Directions
 
 ALIKE_BEAMS = 3.0
 """Beam spacings at its range by which a neighbour of a return may differ in range: a surface that
@@ -136,20 +135,3 @@ def mark_same(now: OnBeams, then: OnBeams, noise: float) -> tuple[Bools, Bools]:
             if squared - along * along <= aside * aside:
                 again[n], borne_out[m] = True, True
     return again, borne_out
-
-
-@compiled
-def mark_contradicted(
-    points: Floats2, nearest: Floats2, sensor: Sensor, raster: BeamRaster
-) -> Bools:
-    """[n] whether a sweep looked at places [n, 3] of the world, and went on beyond them.
-
-    nearest: [columns, rows] `nearest_returns` of the sweep.
-    """
-    passed = np.zeros(len(points), dtype=np.bool_)
-    for n in range(len(points)):
-        x, y, z = in_sensor(points[n, 0], points[n, 1], points[n, 2], sensor)
-        distance = np.sqrt(x * x + y * y + z * z)
-        beyond = distance + sensor.tolerance
-        passed[n] = goes_on(x, y, z, distance, beyond, nearest, sensor, raster)
-    return passed
