@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clearway.avoidance.clear.hazards import no_points
 from clearway.avoidance.plan.costs import Prices
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import AvoidanceSettings
@@ -21,6 +22,7 @@ from clearway.live.recovery.risk_level import LONGEST, PATIENCE, Boldness
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
+from clearway.sensors.observed.seen_space import NOTHING_SEEN
 from clearway.sim import Run
 from clearway.vehicle.automaton import MovementAutomaton
 from worlds_for_tests import GRID, LIDAR, flown, mission, planner
@@ -111,23 +113,19 @@ def test_a_gap_far_from_the_straight_way_is_found_and_flown(
     assert run.metrics.margin_violations == 0
 
 
-def test_finer_cells_are_looked_for_ways_in_once_insisting_came_to_nothing() -> None:
+def test_ways_that_came_to_nothing_are_tried_again_by_who_insists_no_more() -> None:
     system = AvoidanceSystem(planner(escape="known"), BEYOND, lidars=[LIDAR])
     system.update(State(np.zeros(3)))
-
-    def width_m(now_s: float) -> float:
-        system.decide(now_s)
-        assert system._known.route_map is not None
-        return system._known.route_map.width_m
-
-    widths = []
-    for now_s in (0.0, 1.0, 2.0):
-        widths.append(width_m(now_s))
-        in_vain_s = LONGEST * TURN_S if now_s == 0.0 else 0.0
-        system.progress = replace(system.progress, in_vain_s=in_vain_s)
-    assert widths[1:] == [0.5 * widths[0]] * 2
-    system.fly_to(np.array([0.0, 40.0, 0.0]), 3.0)
-    assert width_m(3.0) == widths[0]
+    routes = system._known.seen_routes
+    assert routes is not None
+    routes.look(NOTHING_SEEN, no_points(), np.zeros(3), 10.0, 10.0)
+    routes.spend(np.array([8.0, 0.0, 0.0]))
+    assert routes.cells.in_vain.max() > 0.0
+    system.decide(0.0)
+    assert routes.cells.in_vain.max() > 0.0
+    system.progress = replace(system.progress, in_vain_s=LONGEST * TURN_S)
+    system.decide(1.0)
+    assert routes.cells.in_vain.max() == 0.0
 
 
 # Who insists --------------------------------------------------------------------------------
@@ -171,8 +169,7 @@ def test_it_is_insisted_on_while_the_goal_or_a_way_to_it_comes_nearer() -> None:
 def test_each_way_is_given_up_for_the_other_in_the_end_and_a_new_goal_begins_anew() -> None:
     in_vain = Progress(in_vain_s=PATIENCE * TURN_S + 1.0)
     bold = Boldness().after(in_vain, 100.0, TURN_S)
-    assert bold == Boldness(bold=True, since_s=100.0, finer=True)
-    assert bold.after(in_vain, 200.0, TURN_S).finer
+    assert bold == Boldness(bold=True, since_s=100.0)
     assert not bold.after(in_vain, 200.0, TURN_S).bold
     assert bold.after(Progress(goal=1), 101.0, TURN_S) == Boldness(since_s=101.0, goal=1)
 
@@ -193,4 +190,4 @@ def test_neither_is_given_up_before_its_time(
     if in_vain_s <= PATIENCE * TURN_S and idle_s < LONGEST * TURN_S - 1e-6:
         assert after == before
     if in_vain_s > PATIENCE * TURN_S or idle_s > LONGEST * TURN_S + 1e-6:
-        assert after == Boldness(not bold, now, finer=True)
+        assert after == Boldness(not bold, now)

@@ -6,25 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.avoidance.clear.hazards import PointHazards
 from clearway.live.recovery.run_up import LEAST, MOST, run_up
-from clearway.live.routing.route_map import RouteMap
-from clearway.sensors.observed.seen_space import NOTHING_SEEN
+from clearway.live.routing.seen_planner import SeenPlanner
 from clearway.studies.campaigns.families import make_case
+from seen_ways_for_tests import RADIUS_M, look, planner
 
-RADIUS_M, MARGIN_M, VOXEL_M = 3.82, 0.6, 0.25
 GOAL, HERE = np.zeros(3), np.array([3.8, 0.0, 0.0])
 
 
-def told_of(returns_m: np.ndarray) -> RouteMap:
-    routes = RouteMap(VOXEL_M, MARGIN_M, RADIUS_M)
-    balls = PointHazards(returns_m, np.full(len(returns_m), 0.1))
-    routes.take(NOTHING_SEEN, balls, HERE, 100.0)
-    return routes
+def told_of(returns_m: np.ndarray) -> SeenPlanner:
+    return look(planner(heights_m=(-16.0, 16.0)), returns_m, HERE)
 
 
-def found(routes: RouteMap) -> np.ndarray | None:
-    return run_up(routes.cells(), HERE, GOAL, RADIUS_M, routes.rooms_m[1])
+def found(routes: SeenPlanner) -> np.ndarray | None:
+    return run_up(routes.cells, HERE, GOAL, RADIUS_M, routes.room_m)
 
 
 def row(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
@@ -59,13 +54,17 @@ def test_where_no_such_place_is_known_there_is_none() -> None:
     assert found(told_of(street(-60.0, 60.0))) is None
 
 
-def test_a_goal_above_or_beyond_what_is_kept_has_none() -> None:
+def test_a_goal_high_above_what_is_kept_has_none() -> None:
     routes = told_of(np.zeros((0, 3)))
-    cells = routes.cells()
-    high_m = cells.low_m[2] + cells.width_m * cells.price.shape[2]
-    wide_m = cells.low_m[0] + cells.width_m * cells.price.shape[0]
-    for goal in ([0.0, 0.0, high_m + 3.0], [0.0, 0.0, cells.low_m[2] - 3.0], [wide_m + 9.0, 0, 0]):
-        assert run_up(cells, HERE, np.array(goal), RADIUS_M, routes.rooms_m[1]) is None
+    for height_m in (40.0, -40.0):
+        goal = np.array([0.0, 0.0, height_m])
+        assert run_up(routes.cells, HERE, goal, RADIUS_M, routes.room_m) is None
+
+
+def test_a_goal_beyond_what_is_kept_has_none() -> None:
+    routes = told_of(np.zeros((0, 3)))
+    goal = np.array([500.0, 0.0, 0.0])
+    assert run_up(routes.cells, HERE, goal, RADIUS_M, routes.room_m) is None
 
 
 def test_a_place_that_was_tried_gives_way_to_another() -> None:

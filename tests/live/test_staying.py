@@ -15,7 +15,7 @@ from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Progress
 from clearway.live.recovery.dead_end import GIVEN_UP, STAYS, TRIES, _closed_or_not
-from clearway.live.routing.seen_route import SeenRoute
+from clearway.live.routing.seen_planner import SeenRoute
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate
 from worlds_for_tests import LIBRARY, LIDAR, mission

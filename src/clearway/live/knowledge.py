@@ -32,10 +32,14 @@ from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
 from clearway.live.mission import Mission, Progress, advanced
 from clearway.live.routing.no_way import closed_or_not
-from clearway.live.routing.route_map import RouteMap
-from clearway.live.routing.route_maps import RouteMaps
 from clearway.live.routing.route_planner import RoutePlanner
-from clearway.live.routing.timed_route import known_besides, route_planner_for
+from clearway.live.routing.seen_planner import SeenPlanner
+from clearway.live.routing.timed_route import (
+    known_besides,
+    route_planner_for,
+    seen_planner_for,
+    suits,
+)
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
@@ -83,21 +87,16 @@ class Knowledge:
             start_m=mission.start.position_m,
             complete_m=None if obstacle_map is None else obstacle_map.complete_m,
         )
-        self.routes: RouteMaps | None = None
-        """For ways through seen space, where that is kept."""
         self.route_planner: RoutePlanner | None = None
         """The time to go round what is known, for a vehicle with inertia."""
+        self.seen_routes: SeenPlanner | None = None
+        """Ways through seen space, for others that keep it."""
         if planner.automaton.has_inertia:
             self.route_planner = route_planner_for(planner, mission, obstacle_map)
-        else:
-            self.routes = RouteMaps.of(planner, self.sensing, obstacle_map)
+        elif self.sensing.free_space is not None:
+            self.seen_routes = seen_planner_for(planner, mission, obstacle_map)
         self._asked_first_s: float | None = None
         self._reports = reports_for(settings, planner.speed_mps)
-
-    @property
-    def route_map(self) -> RouteMap | None:
-        """The cells that ways through seen space are looked for in now, where that is kept."""
-        return None if self.routes is None else self.routes.used
 
     @cached_property
     def known_routes(self) -> RoutePlanner:
@@ -112,6 +111,12 @@ class Knowledge:
         if self.route_planner is not None or "known_routes" in self.__dict__:
             besides = known_besides(self.planner, mission, self.obstacle_map)
             self.known_routes.begin_anew(besides)
+        if self.seen_routes is not None:
+            if suits(self.seen_routes, self.planner, mission):
+                besides = known_besides(self.planner, mission, self.obstacle_map)
+                self.seen_routes.begin_anew(besides)
+            else:
+                self.seen_routes = seen_planner_for(self.planner, mission, self.obstacle_map)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -320,9 +325,15 @@ class Knowledge:
         place_m, known = state.position_m, self.sensing.remembered
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
         asked_m = float(self.planner.prepared_at(state).away_m.max())
-        field, is_known = routes.field(place_m, self.progress.target(self.mission), asked_m)
+        target_m = self.progress.target(self.mission)
+        field, is_known = routes.field(place_m, target_m, asked_m)
         if self.followed:
-            self.progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            closes = progress.closed and not self.progress.closed
+            if closes and routes.look_closer(place_m, target_m):
+                field, is_known = routes.field(place_m, target_m, asked_m)
+                progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            self.progress = progress
             if is_known:
                 routes.in_vain.note(place_m, state.time_s, field)
         return field if is_known else None

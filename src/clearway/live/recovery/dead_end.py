@@ -14,8 +14,8 @@ from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Progress, detoured, stuck
 from clearway.live.recovery.early_way import early_way
 from clearway.live.recovery.run_up import run_up
-from clearway.live.routing.route_map import RouteMap, turning_room_m
-from clearway.live.routing.seen_route import MOST_LOOKED, SeenRoute, seen_route
+from clearway.live.routing.seen_planner import SeenPlanner, SeenRoute
+from clearway.live.routing.timed_route import turning_room_m
 from clearway.sensors.observed.seen_space import SeenSpace
 
 RENEWED = 0.25
@@ -37,8 +37,6 @@ MISSED, CIRCLED, RUN_UP = 2.0, 1.5, 2.0
 after which it is come to from elsewhere, and after which a way there has come to nothing."""
 STRAIGHT = 1.25
 """Length of a way, in straight ones to the goal, that needs no corners."""
-CUT_OFF = f"route: the best way was not found among {MOST_LOOKED} cells"
-"""How counts call a search that has come to its bound."""
 STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
@@ -109,7 +107,7 @@ def _through_seen(
     """A way through what was seen to be free, renewed until the goal is nearer than ever; looked
     for after so many full circles' time without progress, and before that by who turns in no room,
     at every decision (`early_way`)."""
-    progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.route_map
+    progress, planner, routes = knowledge.progress, knowledge.planner, knowledge.seen_routes
     assert routes is not None  # There is one where there is seen space.
     radius, turn_s = full_circle(knowledge)
     since_s = now_s - progress.planned_s
@@ -121,7 +119,7 @@ def _through_seen(
         if radius == 0.0 and planner.automaton.classes is None:
             _take_in(knowledge, seen, state)
             before = (*progress.detour, goal) if progress.detour else ()
-            past = early_way(routes.cells(), state.position_m, goal, before, planner.grid.range_m)
+            past = early_way(routes, state.position_m, goal, before, planner.grid.range_m)
             return replace(progress, detour=past, planned_s=now_s)
         if since_s > MAPPED * turn_s:
             _take_in(knowledge, seen, state)
@@ -147,9 +145,7 @@ def _through_seen(
         away = _run_up(progress, routes, state, goal, radius)
         if away is not None:
             return replace(away, planned_s=now_s)
-    route = seen_route(routes.cells(), state.position_m, goal, flown)
-    if route.was_cut_off:
-        knowledge.counts[CUT_OFF] += 1
+    route = routes.seen_route(state.position_m, goal, flown)
     routes.aim(route.begins_m)
     stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
     nearer = distance < stuck_m - max(radius, planner.automaton.step_m)
@@ -175,16 +171,15 @@ def _through_seen(
 
 
 def _run_up(
-    progress: Progress, routes: RouteMap, state: State, goal_m: FloatArray, radius: float
+    progress: Progress, routes: SeenPlanner, state: State, goal_m: FloatArray, radius: float
 ) -> Progress | None:
     """Progress by way of where a goal that is circled can be come to from; None where that was not
     seen, or no way leads there."""
-    cells = routes.cells()
-    begins = run_up(cells, state.position_m, goal_m, radius, routes.rooms_m[1])
+    begins = run_up(routes.cells, state.position_m, goal_m, radius, routes.room_m)
     if begins is None:
         return None
     routes.spend(begins)
-    way = seen_route(cells, state.position_m, begins)
+    way = routes.seen_route(state.position_m, begins)
     if not way.reaches:
         return None
     corners = (*way.corners_m[:-1], begins)
@@ -225,9 +220,11 @@ def _closed_or_not(
 
 
 def _take_in(knowledge: Knowledge, seen: SeenSpace, state: State) -> None:
-    sensing = knowledge.sensing
-    assert knowledge.routes is not None  # There are some where there is seen space.
-    knowledge.routes.take(seen, sensing.remembered, state.position_m, sensing.memory_reach_m)
+    sensing, routes = knowledge.sensing, knowledge.seen_routes
+    assert routes is not None  # There are some where there is seen space.
+    assert sensing.free_space is not None
+    reach_m = sensing.memory_reach_m
+    routes.look(seen, sensing.remembered, state.position_m, reach_m, sensing.free_space.reach_m)
 
 
 def full_circle(knowledge: Knowledge) -> tuple[float, float]:

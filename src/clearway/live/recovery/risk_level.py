@@ -30,8 +30,6 @@ class Boldness:
     bold: bool = False
     since_s: float = 0.0
     goal: int = 0
-    finer: bool = False
-    """Whether insisting has come to nothing once: ways are looked for in finer cells ever since."""
 
     def after(self, progress: Progress, now_s: float, turn_s: float) -> Boldness:
         """At a moment; turn_s: time of a full circle."""
@@ -40,7 +38,7 @@ class Boldness:
         idle_s = now_s - max(progress.nearest_s, self.since_s)
         if progress.in_vain_s <= PATIENCE * turn_s and idle_s <= LONGEST * turn_s:
             return self
-        return Boldness(not self.bold, now_s, self.goal, finer=True)
+        return Boldness(not self.bold, now_s, self.goal)
 
 
 class Insistence:
@@ -63,11 +61,11 @@ class Insistence:
         """
         if blind:
             return self._careful
-        assert knowledge.routes is not None  # Seen space is kept where ways out need it.
+        routes = knowledge.seen_routes
+        assert routes is not None  # Seen space is kept where ways out need it.
         before, (radius, turn_s) = self._now, full_circle(knowledge)
         now = self._now = before.after(knowledge.progress, now_s, turn_s)
-        routes = knowledge.routes.use(finer=now.finer)
-        if (now.bold, now.finer) != (before.bold, before.finer):
+        if now.bold != before.bold:
             knowledge.progress = self._anew(knowledge, now_s, MISSED * radius)
             routes.try_all_again()
         return self._bold if self.bold else self._careful

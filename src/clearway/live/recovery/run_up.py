@@ -8,10 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.base.arrays import Bools3, Floats, Floats3
+from clearway.base.arrays import Floats
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.live.routing.route_map import UNOBSERVED_COST, Cells
+from clearway.live.routing.field.cell_prices import (
+    UNOBSERVED_COST,
+    PricedCells,
+    cell_at,
+    middle_of_cell,
+)
+from clearway.live.routing.field.route_levels import is_covered
 
 LEAST, MOST = 2.5, 8.0
 """Turning radii from the goal at which a run-up begins."""
@@ -22,7 +28,7 @@ PASSABLE = 20.0
 
 
 def run_up(
-    cells: Cells,
+    cells: PricedCells,
     position_m: FloatArray,
     goal_m: FloatArray,
     turning_radius_m: float,
@@ -30,57 +36,50 @@ def run_up(
 ) -> FloatArray | None:
     """The place [3] to come from: nothing known to stand within `room_m`, and a straight way to the
     goal; None where there is none. Of several, the one that is least way round."""
-    found = _run_up(
-        cells.price,
-        cells.nearest_m >= room_m,
-        (position_m - cells.low_m) / cells.width_m,
-        (goal_m - cells.low_m) / cells.width_m,
-        LEAST * turning_radius_m / cells.width_m,
-        MOST * turning_radius_m / cells.width_m,
-    )
-    if found[0] < 0:
-        return None
-    place: FloatArray = cells.low_m + (np.array(found) + 0.5) * cells.width_m
-    return place
+    least_m, most_m = LEAST * turning_radius_m, MOST * turning_radius_m
+    found = _run_up(cells, position_m, goal_m, least_m, most_m, room_m)
+    return None if found < 0 else np.array(middle_of_cell(cells.levels, found))
 
 
 @compiled
 def _run_up(
-    price: Floats3,
-    has_room: Bools3,
+    cells: PricedCells,
     position: Floats,
     goal: Floats,
-    least: float,
-    most: float,
-) -> tuple[int, int, int]:
+    least_m: float,
+    most_m: float,
+    room_m: float,
+) -> int:
     """The cell, in which a metre costs no more than in the unseen; -1 where there is none."""
-    best, found = np.inf, (-1, -1, -1)
-    for a in range(price.shape[0]):
-        for b in range(price.shape[1]):
-            level = np.hypot(a + 0.5 - goal[0], b + 0.5 - goal[1])
-            if level < least or level > most:
-                continue
-            for c in range(price.shape[2]):
-                if not has_room[a, b, c] or price[a, b, c] > UNOBSERVED_COST:
-                    continue
-                if abs(c + 0.5 - goal[2]) > CLIMBS * level + 1.0:
-                    continue
-                at = np.array([a + 0.5, b + 0.5, c + 0.5])
-                length = np.sqrt(np.sum((at - position) ** 2)) + np.sqrt(np.sum((at - goal) ** 2))
-                if length < best and _leads_to(price, at, goal):
-                    best, found = length, (a, b, c)
+    levels = cells.levels
+    n, layers = levels.n, levels.layers
+    best, found = np.inf, -1
+    for cell in range(len(cells.price)):
+        if cells.clearance_m[cell] < room_m or cells.price[cell] > UNOBSERVED_COST:
+            continue
+        x, y, z = middle_of_cell(levels, cell)
+        level = np.hypot(x - goal[0], y - goal[1])
+        if level < least_m or level > most_m:
+            continue
+        if abs(z - goal[2]) > CLIMBS * level + levels.layer_m:
+            continue
+        depth = cell // (layers * n * n)
+        if is_covered(levels, depth, (cell // (layers * n)) % n, (cell // layers) % n):
+            continue
+        at = np.array([x, y, z])
+        length = np.sqrt(np.sum((at - position) ** 2)) + np.sqrt(np.sum((at - goal) ** 2))
+        if length < best and _leads_to(cells, at, goal):
+            best, found = length, cell
     return found
 
 
 @compiled
-def _leads_to(price: Floats3, start: Floats, goal: Floats) -> bool:
-    """Whether the straight line between two places is passable, as far as there are cells."""
-    steps = int(np.ceil(2.0 * np.sqrt(np.sum((goal - start) ** 2))))
+def _leads_to(cells: PricedCells, start: Floats, goal: Floats) -> bool:
+    """Whether the straight line between two places is passable."""
+    steps = int(np.ceil(2.0 * np.sqrt(np.sum((goal - start) ** 2)) / cells.levels.width_m))
     for s in range(steps):
         at = start + (goal - start) * (s / steps)
-        for axis in range(3):
-            if not 0.0 <= at[axis] < price.shape[axis]:
-                return False
-        if not price[int(at[0]), int(at[1]), int(at[2])] <= PASSABLE:
+        cell = cell_at(cells.levels, at[0], at[1], at[2])
+        if cell < 0 or not cells.price[cell] <= PASSABLE:
             return False
     return True

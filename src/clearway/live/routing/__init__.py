@@ -1,1 +1,1 @@
-"""Ways round what is known: distance fields, route maps, and the search in them."""
+"""Ways round what is known: distance fields, and cells that time marches over."""

@@ -13,6 +13,12 @@ from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
 from clearway.base.compiled import sealed
 from clearway.base.frames import FloatArray
 from clearway.live.routing.field.clearance_speed import SpeedRule, speeds_of
+from clearway.live.routing.field.closer_look import (
+    LOOKED_AT,
+    NO_CELLS,
+    cells_with_room,
+    numbers_of,
+)
 from clearway.live.routing.field.in_vain import InVain
 from clearway.live.routing.field.known_space import (
     ROLL_WITHIN,
@@ -89,12 +95,14 @@ class RoutePlanner:
             EXACT_LEVELS,
         )
         self.in_vain = InVain(settings.margin_m)
+        self._with_room = NO_CELLS
         self._last: RouteField | None = None
 
     def begin_anew(self, base: BaseClearance | None) -> None:
         """Take something else for what is known besides points; no way was tried in vain yet."""
         self.space.begin_anew(base)
         self.in_vain, self._last = InVain(self.settings.margin_m), None
+        self._with_room = NO_CELLS
 
     def take(self, vehicle_m: FloatArray, points_m: FloatArray, complete_m: float = 0.0) -> bool:
         """Take in what is known now, as of `KnownSpace.take`."""
@@ -110,11 +118,11 @@ class RoutePlanner:
         """
         settings, space = self.settings, self.space
         levels, pace = space.levels, settings.pace
-        speed = speeds_of(levels, space.clearance_m, self._rule)
-        self.in_vain.slow_down(levels, speed)
         slack_s = SLACK * min(settings.asked_within_m, asked_within_m) / pace.fastest_mps
-        time, found = np.empty(0), False
-        for most_s in dict.fromkeys((self._guess_s(vehicle_m, target_m), np.inf)):
+        speed, time, found = np.empty(0), np.empty(0), False
+        tries = [(self._guess_s(vehicle_m, target_m), False), (np.inf, False), (np.inf, True)]
+        for most_s, closer in dict.fromkeys(tries if len(self._with_room) else tries[:-1]):
+            speed = self._speeds_mps(closer=closer)
             time, found = march(
                 levels,
                 pace,
@@ -144,6 +152,25 @@ class RoutePlanner:
             found = time_to_go(field, *vehicle_m.tolist())[0] < np.inf
         self._last = field if found else None
         return field, found
+
+    def look_closer(self, vehicle_m: FloatArray, target_m: FloatArray) -> bool:
+        """Return whether a way is known by places all over the cells, as by their middles none is;
+        fields lead along it from then on, where there is no other."""
+        self._with_room = cells_with_room(self.space, self.settings.margin_m)
+        found = self.field(vehicle_m, target_m)[1]
+        if not found:
+            self._with_room = NO_CELLS
+        return found
+
+    def _speeds_mps(self, *, closer: bool) -> FloatArray:
+        """Return the speed [cells]; closer: with what the closer look has opened."""
+        levels = self.space.levels
+        rule = self._rule._replace(exact_levels=LOOKED_AT) if closer else self._rule
+        speed = speeds_of(levels, self.space.clearance_m, rule)
+        if closer:
+            speed[numbers_of(self.space, self._with_room)] = self.settings.slow_mps
+        self.in_vain.slow_down(levels, speed)
+        return speed
 
     @property
     def searched(self) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.base.arrays import FloatArray, IntArray
+from clearway.base.arrays import BoolArray, FloatArray, IntArray
 from clearway.live.routing.field.clearance_marking import (
     MOST_POINTS,
     KnownPoints,
@@ -50,6 +50,8 @@ class RouteCells(NamedTuple):
     layer_m: float
     """From one layer to the next."""
     layers: int
+    voxel_m: float = np.inf
+    """Edge of the voxels that one point is kept of, at most."""
 
 
 class KnownSpace:
@@ -78,11 +80,13 @@ class KnownSpace:
         cells = layout.levels * layout.along * layout.along * layout.layers
         self.clearance_m: FloatArray = np.empty(cells)
         """[cells] from the middle of each cell to what is nearest, as far as it matters."""
+        self.seen: BoolArray = np.zeros(cells, dtype=np.bool_)
+        """[cells] whether most of each was seen to be free, where somebody marks that."""
         self._base_m: FloatArray = np.empty(cells)
         self._low: IntArray | None = None
         self._telling = 0
         self._known = KnownPoints(
-            OF_CELL * layout.width_m,
+            min(OF_CELL * layout.width_m, layout.voxel_m),
             np.full((2 * MOST_POINTS, 2), -1, dtype=np.int64),
             np.empty((MOST_POINTS, 4)),
             np.zeros(2, dtype=np.int64),
@@ -91,6 +95,13 @@ class KnownSpace:
     def begin_anew(self, base: BaseClearance | None) -> None:
         """Take something else for what is known besides points, which are kept."""
         self._base, self._low = base, None
+
+    def renew_base(self, base: BaseClearance | None) -> None:
+        """Take something else for what is known besides points, in the cells as they lie."""
+        self._base = base
+        if self._low is not None:
+            for level in range(self.layout.levels):
+                self._renew_box(level, (0, 0), (self.layout.along, self.layout.along))
 
     @property
     def voxel_m(self) -> float:
@@ -102,6 +113,12 @@ class KnownSpace:
         """[n, 3] the points that are kept."""
         points: FloatArray = self._known.point[: int(self._known.counts[0])]
         return points[points[:, 3] >= 0.0, :3]
+
+    def base_clearance(self, places_m: FloatArray, within_m: float) -> FloatArray:
+        """Return the clearance [n] of places [n, 3] from what is known besides points."""
+        if self._base is None:
+            return np.full(len(places_m), np.inf)
+        return self._base(places_m, within_m)
 
     @property
     def levels(self) -> Levels:
@@ -185,22 +202,26 @@ class KnownSpace:
         self._low = self._low.copy()
         self._low[level] += by
         layout = self.layout
-        if np.any(np.abs(by) >= layout.along):
-            self._renew_box(level, (0, 0), (layout.along, layout.along))
-            return
         shape = (layout.levels, layout.along, layout.along, layout.layers)
         a, b = by.tolist()
-        to = tuple(slice(max(-s, 0), layout.along - max(s, 0)) for s in (a, b))
-        of = tuple(slice(max(s, 0), layout.along - max(-s, 0)) for s in (a, b))
-        for values in (self.clearance_m, self._base_m):
-            cells = values.reshape(shape)[level]
-            cells[to] = cells[of].copy()
-        if a:
-            first, last = (layout.along - a, layout.along) if a > 0 else (0, -a)
-            self._renew_box(level, (first, 0), (last, layout.along))
-        if b:
-            first, last = (layout.along - b, layout.along) if b > 0 else (0, -b)
-            self._renew_box(level, (0, first), (layout.along, last))
+        boxes = []
+        if max(abs(a), abs(b)) >= layout.along:
+            boxes.append(((0, 0), (layout.along, layout.along)))
+        else:
+            to = tuple(slice(max(-s, 0), layout.along - max(s, 0)) for s in (a, b))
+            of = tuple(slice(max(s, 0), layout.along - max(-s, 0)) for s in (a, b))
+            for values in (self.clearance_m, self._base_m, self.seen):
+                cells = values.reshape(shape)[level]
+                cells[to] = cells[of].copy()
+            if a:
+                first, last = (layout.along - a, layout.along) if a > 0 else (0, -a)
+                boxes.append(((first, 0), (last, layout.along)))
+            if b:
+                first, last = (layout.along - b, layout.along) if b > 0 else (0, -b)
+                boxes.append(((0, first), (layout.along, last)))
+        for low, high in boxes:
+            self._renew_box(level, low, high)
+            self.seen.reshape(shape)[level, low[0] : high[0], low[1] : high[1]] = False
 
     def _renew_box(self, level: int, low: tuple[int, int], high: tuple[int, int]) -> None:
         """Make the clearance of some cells of a level anew."""

@@ -12,9 +12,8 @@ from clearway.live.routing.field.route_levels import Levels, is_amid, is_covered
 from clearway.live.routing.field.wave import (
     BUCKETS,
     March,
-    put_in_bucket,
+    begin_in_cell,
     renew_time,
-    straight_to_target,
 )
 
 BUCKET = 0.7
@@ -44,7 +43,7 @@ def march(
     """
     bucket_s = BUCKET * levels.width_m / pace.fastest_mps
     m = begin_march(levels, pace, clearance_m, speed_mps, target, ends_within_m, bucket_s)
-    found, bound = let_time_pass(m, vehicle, slack_s, most_s)
+    found, bound = let_time_pass(m, vehicle, -1, slack_s, most_s)
     fill_in_rest(m, vehicle, bound if found else np.inf)
     lean_away(m, slow_mps)
     return m.time_s, found
@@ -61,6 +60,21 @@ def begin_march(
     bucket_s: float,
 ) -> March:
     """Return a march that begins at the target, as of `march`, with buckets of some width."""
+    m = lay_out_march(levels, pace, clearance_m, speed_mps, target, bucket_s)
+    _begin(m, ends_within_m)
+    return m
+
+
+@compiled
+def lay_out_march(
+    levels: Levels,
+    pace: Pace,
+    clearance_m: Floats,
+    speed_mps: Floats,
+    target: Floats,
+    bucket_s: float,
+) -> March:
+    """Return a march that has not begun anywhere."""
     cells = levels.depth * levels.n * levels.n * levels.layers
     counts = np.zeros(4, dtype=np.int64)
     counts[0] = -1
@@ -68,7 +82,7 @@ def begin_march(
     if pace.acceleration_mps2 < np.inf:
         most = max(pace.fastest_mps - pace.arrives_mps, 0.0)
         braking_m = most * most / (2.0 * pace.acceleration_mps2)
-    m = March(
+    return March(
         levels,
         pace,
         target,
@@ -86,14 +100,17 @@ def begin_march(
         np.empty(4 * cells, dtype=np.int64),
         counts,
     )
-    _begin(m, ends_within_m)
-    return m
 
 
 @compiled
-def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> tuple[bool, float]:
+def let_time_pass(
+    m: March, vehicle: Floats, own: int, slack_s: float, most_s: float
+) -> tuple[bool, float]:
     """Let time march on until it has come to all places that may matter to a vehicle; return
-    whether it came to the vehicle, and the time at which it ended."""
+    whether it came to the vehicle, and the time at which it ended.
+
+    own: the vehicle's cell, or -1 for any beside it.
+    """
     levels, pace = m.levels, m.pace
     n, layers = levels.n, levels.layers
     found, bound, near2 = False, most_s + slack_s, (1.6 * levels.width_m) ** 2
@@ -124,8 +141,8 @@ def let_time_pass(m: March, vehicle: Floats, slack_s: float, most_s: float) -> t
         dx, dy = vehicle[0] - x, vehicle[1] - y
         dz = (vehicle[2] - z) * upwards if layers > 1 else 0.0
         away2 = dx * dx + dy * dy
-        beside = layers == 1 or abs(height - z) < levels.layer_m
-        if not found and beside and away2 <= near2:
+        beside = away2 <= near2 and (layers == 1 or abs(height - z) < levels.layer_m)
+        if not found and (beside if own < 0 else cell == own):
             found, bound = True, min(bound, m.time_s[cell] + slack_s)
         if m.time_s[cell] + np.sqrt(away2 + dz * dz) / pace.fastest_mps <= bound:
             _spread(m, level, i, j, k)
@@ -167,11 +184,7 @@ def _begin_in(m: March, level: int, i: int, j: int, k: int, far: int) -> int:
             for c in range(max(k - 1, 0), min(k + 2, layers)):
                 cell = ((level * n + a) * n + b) * layers + c
                 if m.speed_mps[cell] > 0.0:
-                    seconds, _ = straight_to_target(m, middle_of(m.levels, level, a, b, c))
-                    m.in_sight[cell] = True
-                    if found == 0 and m.counts[1] == 0:
-                        m.counts[2] = int(seconds / m.bucket_s)
-                    put_in_bucket(m, cell, seconds)
+                    begin_in_cell(m, cell, middle_of(m.levels, level, a, b, c))
                     found += 1
     return found
 

@@ -95,6 +95,16 @@ def put_in_bucket(m: March, cell: int, seconds: float) -> None:
 
 
 @compiled
+def begin_in_cell(m: March, cell: int, at: tuple[float, float, float]) -> None:
+    """Let time begin in a cell about a place, from which the target is in sight."""
+    seconds, _ = straight_to_target(m, at)
+    m.in_sight[cell] = True
+    if m.counts[1] == 0:
+        m.counts[2] = int(seconds / m.bucket_s)
+    put_in_bucket(m, cell, seconds)
+
+
+@compiled
 def renew_time(m: March, cell: int, level: int, i: int, j: int, k: int, since: float) -> None:
     """Give a cell the time that those beside it leave, where that is an earlier one."""
     speed = m.speed_mps[cell]

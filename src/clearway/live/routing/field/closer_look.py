@@ -1,0 +1,74 @@
+"""Cells that hold a place with the margin although their middle has none: before it is said that no
+way leads to a goal, they are open too."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from clearway.base.arrays import FloatArray, IntArray
+from clearway.live.routing.field.clearance_speed import BARRED_M
+from clearway.live.routing.field.known_space import KnownSpace
+
+LOOKED_AT = 2
+"""The finest so many levels are looked at: in coarser ones nothing is closed then."""
+ACROSS, UPWARDS = 0.25, 0.5
+"""Margins from one place in a cell to the next, at most; no gap of 2.2 margins hides between."""
+NO_CELLS: IntArray = np.zeros((0, 4), dtype=np.int64)
+
+
+def cells_with_room(space: KnownSpace, margin_m: float) -> IntArray:
+    """Return the cells [n, 4] with a place that keeps a margin, of those whose middles do not.
+
+    Each by its level, and its numbers in the world.
+
+    Parameters
+    ----------
+    space
+    margin_m
+    """
+    levels, layout = space.levels, space.layout
+    shape = (layout.levels, layout.along, layout.along, layout.layers)
+    highest_m = layout.lowest_m + (layout.layers - 1) * layout.layer_m
+    tree, found = KDTree(space.known_points_m), []
+    for level in range(min(LOOKED_AT, layout.levels)):
+        width = layout.width_m * 2.0**level
+        clear = space.clearance_m.reshape(shape)[level]
+        steps = _steps_in_cell(width, layout.layer_m if layout.layers > 1 else 0.0, margin_m)
+        widest = float(np.linalg.norm(steps, axis=1).max())
+        at = np.argwhere((clear < margin_m) & (clear > max(margin_m - widest, 0.5 * BARRED_M)))
+        middle = np.empty((len(at), 3))
+        middle[:, :2] = (at[:, :2] + levels.low[level] + 0.5) * width
+        middle[:, 2] = layout.lowest_m + at[:, 2] * layout.layer_m
+        has_room = np.zeros(len(at), dtype=np.bool_)
+        for step in steps:
+            left = np.flatnonzero(~has_room)
+            places = middle[left] + step
+            places[:, 2] = np.clip(places[:, 2], layout.lowest_m, highest_m)
+            near_m = tree.query(places, distance_upper_bound=margin_m)[0]
+            has_room[left] = np.minimum(near_m, space.base_clearance(places, margin_m)) >= margin_m
+        cells = np.column_stack([np.full(len(at), level), at])[has_room]
+        cells[:, 1:3] += levels.low[level]
+        found.append(cells)
+    return np.concatenate(found)
+
+
+def numbers_of(space: KnownSpace, cells: IntArray) -> IntArray:
+    """Return where cells [n, 4] stand among all now, without those that were left behind."""
+    layout, low = space.layout, space.levels.low
+    shape = (layout.levels, layout.along, layout.along, layout.layers)
+    at = cells.copy()
+    at[:, 1:3] -= low[at[:, 0]]
+    kept = at[np.all((at >= 0) & (at < shape), axis=1)]
+    numbers: IntArray = np.ravel_multi_index(tuple(kept.T), shape)
+    return numbers
+
+
+def _steps_in_cell(width_m: float, layer_m: float, margin_m: float) -> FloatArray:
+    """[n, 3] from a cell's middle to places all over it."""
+    ticks = [
+        (np.arange(count) + 0.5) / count * edge - 0.5 * edge
+        for edge, apart in ((width_m, ACROSS), (width_m, ACROSS), (layer_m, UPWARDS))
+        for count in [max(int(np.ceil(edge / (apart * margin_m))), 1)]
+    ]
+    return np.stack([each.ravel() for each in np.meshgrid(*ticks)], axis=1)
