@@ -8,8 +8,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from clearway.live import FlightDecision
+from clearway.live.inputs.own_scatter import OwnScatter
 from clearway.live.outputs.alarms import AlarmKind
 from clearway.sim import Run
 from clearway.sim.endings import alarms_of
@@ -83,6 +87,40 @@ def test_a_copter_that_does_not_leave_its_start_says_so(tmp_path: Path) -> None:
     rows = (tmp_path / "clearway-out" / "stays" / "decisions.jsonl").read_text().splitlines()
     assert json.loads(rows[-1])["alarms"]
     assert "alarms" not in json.loads(rows[0])
+
+
+@pytest.mark.parametrize("kind", ["plane", "inertialess", "multirotor"])
+@pytest.mark.parametrize(("untold_m", "stated_m"), [(0.3, 0.0), (0.3, 0.3), (0.0, 0.0)])
+def test_own_places_that_scatter_untold_are_an_alarm(
+    kind: str, untold_m: float, stated_m: float
+) -> None:
+    asked: Tables = {
+        "mission": {"waypoints_m": [[90.0, 0.0, 0.0]]},
+        "vehicle": {"kind": kind},
+        "faults": {"own_position_sigma_m": untold_m},
+        "simulation": {"position_sigma_m": stated_m, "time_limit_s": 40.0},
+    }
+    kinds = [one["kind"] for one in alarms(flight("copter", 0, asked).fly())]
+    assert (AlarmKind.OWN_POSITION in kinds) == (untold_m > stated_m)
+
+
+@given(
+    sigma_m=st.floats(0.05, 1.0),
+    carried_m=st.floats(-1.0, 1.0),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_scatter_is_told_from_what_carries_a_vehicle(
+    sigma_m: float, carried_m: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    noisy, carried = OwnScatter(), OwnScatter()
+    errors = rng.normal(0.0, sigma_m, (121, 3))
+    gusts = np.cumsum(rng.normal(0.0, 0.1 * sigma_m, (120, 3)), axis=0)
+    for before, after, gust in zip(errors, errors[1:], gusts, strict=False):
+        noisy.take(after - before + carried_m)
+        carried.take(carried_m + gust)
+    assert noisy.std_m == pytest.approx(sigma_m, rel=0.45)
+    assert carried.std_m < 0.2 * sigma_m
 
 
 def test_a_promised_escape_that_does_not_come_is_an_alarm() -> None:

@@ -23,6 +23,7 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
 from clearway.live.dynamic_objects import unreported
 from clearway.live.inputs.clock import Clock
+from clearway.live.inputs.own_scatter import OwnScatter
 from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, split_velocity
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
@@ -44,6 +45,8 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
 
+JUMPS = 4.0
+"""Margins by which an own place lies off what was flown, from which on it has jumped for once."""
 HARDEST_MPS2 = 10.0
 """At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
 
@@ -79,6 +82,7 @@ class Knowledge:
         told_mps = (0.0, 0.0, 0.0) if planner.automaton.has_inertia else settings.wind_mps
         self.wind = WindEstimate(planner.speed_mps, told_mps)
         self.flown.wind_mps = self.wind.wind_mps
+        self.scatter = OwnScatter(JUMPS * settings.safety_margin_m)
         self.own_states = OwnStates(settings.history_s, self.flown)
         self.tracking = Tracking()
         self.sensing = RangeSensing(
@@ -182,6 +186,9 @@ class Knowledge:
         if flaw:
             self.counts[flaw] += 1
             return
+        if before is not None and self.flown.unknown_s(before.time_s, state.time_s) > 0.0:
+            flown_m = None
+        self.scatter.take(None if flown_m is None else state.position_m - flown_m)
         self._tell_wind(before, state, flown_m, jumped=jumped)
         if jumped and self.sensing.free_space is not None:
             self.sensing.free_space.forget()
@@ -201,11 +208,7 @@ class Knowledge:
         """Compare an own state with where what was flown since the one before would have led."""
         if self.planner.automaton.has_inertia:
             return  # It holds its way over the ground: what is left over is `tracking`.
-        if (
-            before is None
-            or flown_m is None
-            or self.flown.unknown_s(before.time_s, state.time_s) > 0.0
-        ):
+        if before is None or flown_m is None:
             self.wind.forget()
             return
         self.wind.take(before, state, flown_m, jumped=jumped)

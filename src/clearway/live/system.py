@@ -259,8 +259,9 @@ class AvoidanceSystem:
         self._mode = mode_after(self._mode, facts)
         had_escape, alarm_watch = self._plan.had_certain, self._alarm_watch
         false_share = self._known.sensing.false_share
+        scatter_m = self._known.scatter.std_m
         wrong = AlarmFacts(
-            decision, self._mode, self.progress, self.mission, had_escape, false_share
+            decision, self._mode, self.progress, self.mission, had_escape, false_share, scatter_m
         )
         self._alarm_watch = alarm_watch.after(wrong) if self.followed else alarm_watch.afresh()
         told = self._told  # By hand: to subtract counters takes five times as long.

@@ -31,6 +31,8 @@ class FaultsSection(Section):
     """Share of reports that jump."""
     spoof_m: Annotated[float, Field(ge=0.0)] = 0.0
     """How far they jump, in a random direction."""
+    own_position_sigma_m: Annotated[float, Field(ge=0.0)] = 0.0
+    """Standard deviation of the own position, per axis, that its estimates do not state."""
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:

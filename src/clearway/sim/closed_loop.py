@@ -169,6 +169,7 @@ class _Flight(Generic[D]):
         reports = self.traffic.reports(now) if self.traffic is not None else []
         if settings.faults == NO_FAULTS:
             return [measured, *scans, *reports]
+        measured = settings.faults.own_state(measured, self.fault_rng)
         faulty = [settings.faults.scan(scan, now) for scan in scans]
         heard = [settings.faults.report(report, self.fault_rng) for report in reports]
         return [measured, *(one for one in (*faulty, *heard) if one is not None)]

@@ -1,8 +1,8 @@
 """What goes wrong with sensors and reports: injected in simulation, and known to no one there.
 
 Each fault is a lie or a silence. A blind sector returns nothing, and so claims that all is free; a
-dead sensor sends no more scans; a biased one shifts its ranges; reports of traffic get lost, or
-jump to another place.
+dead sensor sends no more scans; a biased one shifts its ranges; the own position scatters
+more than it states; reports of traffic get lost, or jump to another place.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.base.errors import ClearwayError
+from clearway.base.state import State
 from clearway.sensors import Scan
 from clearway.traffic import Intruder
 
@@ -36,6 +37,8 @@ class Faults:
     """Share of reports that jump."""
     spoof_m: float = 0.0
     """How far they jump, in a random direction."""
+    own_position_sigma_m: float = 0.0
+    """Standard deviation of the own position, per axis, that its estimates do not state."""
     late_from_s: float = np.inf
     """A decision due from then on comes late, once."""
     late_s: float = 0.0
@@ -45,8 +48,9 @@ class Faults:
         for name in ("report_loss", "spoofed"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not within [0, 1]")
-        if not 0.0 <= self.late_s < np.inf:
-            raise ClearwayError(f"late_s: {self.late_s} is no number >= 0")
+        for name in ("late_s", "own_position_sigma_m"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ClearwayError(f"{name}: {getattr(self, name)} is no number >= 0")
         for name in ("range_bias_m", "blind_from_rad", "blind_to_rad", "spoof_m"):
             if not np.isfinite(getattr(self, name)):
                 raise ClearwayError(f"{name}: {getattr(self, name)} is not a finite number")
@@ -71,6 +75,13 @@ class Faults:
             stretch = 1.0 + self.range_bias_m / np.maximum(ranges[seen], 1e-9)
             points = points[seen] * stretch[:, None]
         return scan if points is scan.points_m else replace(scan, points_m=points)
+
+    def own_state(self, state: State, rng: np.random.Generator) -> State:
+        """What comes of an own state."""
+        if not self.own_position_sigma_m:
+            return state
+        error = rng.normal(0.0, self.own_position_sigma_m, 3)
+        return replace(state, position_m=state.position_m + error)
 
     def report(self, report: Intruder, rng: np.random.Generator) -> Intruder | None:
         """What comes of a report; the same draws whether or not it gets lost."""

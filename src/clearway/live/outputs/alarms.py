@@ -31,6 +31,9 @@ LEVEL_DEG = 1.0
 MOST_FALSE = 0.01
 """Share of beams with false returns, above which an alarm is raised."""
 
+MOST_SCATTER, TIMES_STATED = 0.25, 2.0
+"""By which the own position scatters, in margins and in what is stated, without an alarm."""
+
 
 class AlarmKind(StrEnum):
     """What is wrong."""
@@ -43,6 +46,8 @@ class AlarmKind(StrEnum):
     """It climbs or sinks away from its goal, and nothing makes it."""
     FALSE_RETURNS = "false returns"
     """Many beams of a LiDAR return alone, and nothing bears them out: rain, dust, the sun."""
+    OWN_POSITION = "own position"
+    """The own position scatters more than its estimates state."""
 
 
 class Alarm(NamedTuple):
@@ -65,6 +70,8 @@ class AlarmFacts(NamedTuple):
     """Whether a certain escape was held at any time of the flight."""
     false_share: float = 0.0
     """Estimated share of the beams of a LiDAR with false returns."""
+    scatter_m: float = 0.0
+    """Estimated standard deviation of the own position, per axis."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,7 @@ class AlarmWatch:
             seen._stays(facts),
             seen._off_height(facts, self),
             _false_returns(facts.false_share),
+            seen._own_place(facts),
         )
         return replace(seen, alarms=tuple(alarm for alarm in found if alarm is not None))
 
@@ -174,6 +182,18 @@ class AlarmWatch:
                 "horizon, which may be why"
             )
         return Alarm(AlarmKind.OFF_HEIGHT, why, breaks_promise=False)
+
+    def _own_place(self, facts: AlarmFacts) -> Alarm | None:
+        """The own position scatters more than the margin can bear without being told."""
+        stated_m, found_m = facts.decision.state.position_std_m, facts.scatter_m
+        of_margin_m = MOST_SCATTER * self.planner.settings.safety_margin_m
+        if found_m <= max(TIMES_STATED * stated_m, of_margin_m):
+            return None
+        why = (
+            f"the own position scatters by {found_m:.2g} m (one standard deviation), where state "
+            f"estimates say {stated_m:.2g} m: escapes pay for what is stated alone"
+        )
+        return Alarm(AlarmKind.OWN_POSITION, why, breaks_promise=False)
 
 
 def _false_returns(share: float) -> Alarm | None:

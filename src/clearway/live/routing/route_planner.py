@@ -17,7 +17,7 @@ from clearway.live.routing.field.closer_look import (
     LOOKED_AT,
     NO_CELLS,
     cells_with_room,
-    numbers_of,
+    open_cells,
 )
 from clearway.live.routing.field.in_vain import InVain
 from clearway.live.routing.field.known_space import (
@@ -122,11 +122,11 @@ class RoutePlanner:
         speed, time, found = np.empty(0), np.empty(0), False
         tries = [(self._guess_s(vehicle_m, target_m), False), (np.inf, False), (np.inf, True)]
         for most_s, closer in dict.fromkeys(tries if len(self._with_room) else tries[:-1]):
-            speed = self._speeds_mps(closer=closer)
+            speed, clearance = self._speeds_mps(closer=closer)
             time, found = march(
                 levels,
                 pace,
-                space.clearance_m,
+                clearance,
                 speed,
                 target_m,
                 vehicle_m,
@@ -162,15 +162,15 @@ class RoutePlanner:
             self._with_room = NO_CELLS
         return found
 
-    def _speeds_mps(self, *, closer: bool) -> FloatArray:
-        """Return the speed [cells]; closer: with what the closer look has opened."""
-        levels = self.space.levels
+    def _speeds_mps(self, *, closer: bool) -> tuple[FloatArray, FloatArray]:
+        """Return speed and clearance [cells]; closer: with what the closer look has opened."""
+        levels, clearance = self.space.levels, self.space.clearance_m
         rule = self._rule._replace(exact_levels=LOOKED_AT) if closer else self._rule
-        speed = speeds_of(levels, self.space.clearance_m, rule)
+        speed = speeds_of(levels, clearance, rule)
         if closer:
-            speed[numbers_of(self.space, self._with_room)] = self.settings.slow_mps
+            clearance = open_cells(self.space, self._with_room, speed, self.settings.slow_mps)
         self.in_vain.slow_down(levels, speed)
-        return speed
+        return speed, clearance
 
     @property
     def searched(self) -> str:

@@ -14,13 +14,14 @@ LOOKED_AT = 2
 """The finest so many levels are looked at: in coarser ones nothing is closed then."""
 ACROSS, UPWARDS = 0.25, 0.5
 """Margins from one place in a cell to the next, at most; no gap of 2.2 margins hides between."""
-NO_CELLS: IntArray = np.zeros((0, 4), dtype=np.int64)
+NO_CELLS: IntArray = np.zeros((0, 5), dtype=np.int64)
 
 
 def cells_with_room(space: KnownSpace, margin_m: float) -> IntArray:
-    """Return the cells [n, 4] with a place that keeps a margin, of those whose middles do not.
+    """Return the cells [n, 5] with a place that keeps a margin, of those whose middles do not.
 
-    Each by its level, and its numbers in the world.
+    Each by its level, its numbers in the world, and whether the place lies above its middle (1), or
+    below (-1).
 
     Parameters
     ----------
@@ -40,28 +41,43 @@ def cells_with_room(space: KnownSpace, margin_m: float) -> IntArray:
         middle = np.empty((len(at), 3))
         middle[:, :2] = (at[:, :2] + levels.low[level] + 0.5) * width
         middle[:, 2] = layout.lowest_m + at[:, 2] * layout.layer_m
-        has_room = np.zeros(len(at), dtype=np.bool_)
+        has_room, side = np.zeros(len(at), dtype=np.bool_), np.zeros(len(at), dtype=np.int64)
         for step in steps:
             left = np.flatnonzero(~has_room)
             places = middle[left] + step
             places[:, 2] = np.clip(places[:, 2], layout.lowest_m, highest_m)
             near_m = tree.query(places, distance_upper_bound=margin_m)[0]
             has_room[left] = np.minimum(near_m, space.base_clearance(places, margin_m)) >= margin_m
-        cells = np.column_stack([np.full(len(at), level), at])[has_room]
+            side[left] = int(np.sign(step[2]))
+        cells = np.column_stack([np.full(len(at), level), at, side])[has_room]
         cells[:, 1:3] += levels.low[level]
         found.append(cells)
     return np.concatenate(found)
 
 
-def numbers_of(space: KnownSpace, cells: IntArray) -> IntArray:
-    """Return where cells [n, 4] stand among all now, without those that were left behind."""
+def open_cells(
+    space: KnownSpace, cells: IntArray, speed_mps: FloatArray, slow_mps: float
+) -> FloatArray:
+    """Let ways lead through cells [n, 5], and to the layer that their places lie nearer to.
+
+    Returns the clearance [cells] by which ways go from layer to layer then; the speed [cells] is
+    changed. Cells that were left behind count no more.
+    """
     layout, low = space.layout, space.levels.low
     shape = (layout.levels, layout.along, layout.along, layout.layers)
-    at = cells.copy()
+    at, side = cells[:, :4].copy(), cells[:, 4]
     at[:, 1:3] -= low[at[:, 0]]
-    kept = at[np.all((at >= 0) & (at < shape), axis=1)]
-    numbers: IntArray = np.ravel_multi_index(tuple(kept.T), shape)
-    return numbers
+    kept = np.all((at >= 0) & (at < shape), axis=1)
+    at, side = at[kept], side[kept]
+    numbers = np.ravel_multi_index(tuple(at.T), shape)
+    speed_mps[numbers] = slow_mps
+    clearance = space.clearance_m.copy()
+    beside = at[:, 3] + side
+    leads = (side != 0) & (beside >= 0) & (beside < layout.layers)
+    numbers = numbers[leads]
+    needed = np.hypot(layout.layer_m, layout.width_m) - clearance[numbers + side[leads]]
+    clearance[numbers] = np.maximum(clearance[numbers], needed)
+    return clearance
 
 
 def _steps_in_cell(width_m: float, layer_m: float, margin_m: float) -> FloatArray:
