@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,6 +23,11 @@ SENSOR = Quality(reliable=False, depth=5)
 USUAL = Quality()
 LATCHED = Quality(latched=True, depth=1)
 STATIC_TF = Quality(latched=True, depth=100)
+
+
+def wire_kind(kind: str) -> str:
+    """The name of a kind on topics: without the version of a message of PX4."""
+    return re.sub(r"V\d+$", "", kind) if kind.startswith("px4_msgs/") else kind
 
 
 class TopicMessage(NamedTuple):

@@ -16,7 +16,7 @@ from functools import cache
 from typing import Any
 
 from clearway.base.errors import InputError, MissingExtraError
-from clearway.ros2.bus import Quality, TopicMessage
+from clearway.ros2.bus import Quality, TopicMessage, wire_kind
 from clearway.ros2.messages import message_types
 
 MOST_DOMAIN = 232
@@ -198,7 +198,7 @@ def idl_type(kind: str) -> Any:
     """A type for Cyclone of a message "package/msg/Name"."""
     from cyclonedds.idl import make_idl_struct
 
-    package, _, name = kind.replace("/msg/", "/").partition("/")
+    package, _, name = wire_kind(kind).replace("/msg/", "/").partition("/")
     fields = {field: _idl(node) for field, node in message_types().FIELDDEFS[kind][1]}
     if not fields:
         from cyclonedds.idl import types

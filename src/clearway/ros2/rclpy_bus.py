@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
-from clearway.ros2.bus import Quality, TopicMessage
+from clearway.ros2.bus import Quality, TopicMessage, wire_kind
 
 
 def rclpy_is_there() -> bool:
@@ -84,5 +84,5 @@ class RclpyBus:
 
 
 def _type(kind: str) -> Any:
-    package, _, name = kind.replace("/msg/", "/").partition("/")
+    package, _, name = wire_kind(kind).replace("/msg/", "/").partition("/")
     return getattr(import_module(f"{package}.msg"), name)

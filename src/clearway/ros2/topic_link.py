@@ -90,16 +90,12 @@ class TopicLink(Generic[S]):
 
     def _all_heard(self) -> list[Heard]:
         names, given = self.names, self.parameters
-        own_package = "nav_msgs" if given.own.type == "Odometry" else "geometry_msgs"
         found = [
             Heard("/tf", TF, Quality(depth=100), self._take_tf),
             Heard("/tf_static", TF, STATIC_TF, self._take_static),
-            Heard(
-                names(given.own.topic), f"{own_package}/msg/{given.own.type}", SENSOR,
-                self._take_own, True,
-            ),
-        ]  # fmt: skip
-        found += self.more_heard()
+            *self.own_heard(),
+            *self.more_heard(),
+        ]
         if given.use_sim_time:
             kind, needed = "rosgraph_msgs/msg/Clock", not self.bus.recorded
             found.append(Heard("/clock", kind, SENSOR, self._take_clock, needed))
@@ -112,6 +108,13 @@ class TopicLink(Generic[S]):
             take = self._take_aircraft if one.type == "Aircraft" else self._take_traffic
             found.append(Heard(names(one.topic), TRAFFIC_KINDS[one.type], SENSOR, take))
         return found
+
+    def own_heard(self) -> list[Heard]:
+        """Topics that tell where the vehicle is, and what it does."""
+        own = self.parameters.own
+        package = "nav_msgs" if own.type == "Odometry" else "geometry_msgs"
+        kind = f"{package}/msg/{own.type}"
+        return [Heard(self.names(own.topic), kind, SENSOR, self._take_own, True)]
 
     def more_heard(self) -> list[Heard]:
         """Topics of one kind of node alone."""
