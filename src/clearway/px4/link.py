@@ -135,7 +135,8 @@ class Px4Topics(TopicLink[S]):
 
     def hear(self, wall_s: float) -> None:
         super().hear(wall_s)
-        self.mode.ask(wall_s)
+        if self.parameters.act:
+            self.mode.ask(wall_s)
 
     def _take_status(self, message: Any, wall_s: float, _topic: str) -> None:
         was_active = self.is_active
@@ -234,7 +235,7 @@ class Px4Topics(TopicLink[S]):
 
     def _doubt_of_px4(self, wall_s: float) -> str:
         """Why no set-point is sent, whatever the session says; "" for no reason."""
-        if self.mode.flaw:
+        if self.mode.flaw and self.parameters.act:
             return self.mode.flaw
         if wall_s - self._strange_s <= STRANGE_S:
             return OTHERS

@@ -30,7 +30,8 @@ HIGHEST_VERSION: Final = 9
 LOOKS_S: Final = 0.1
 SETTLES_S: Final = 1.0
 """Topics of one vehicle are found within this time of the first one."""
-OWN = {"own": "PX4 tells it", "set_points": "they go to PX4", "act": "PX4's mode decides"}
+FAN: Final = "px4: {fan_deg: 30}"
+OWN = {"own": "PX4 tells it", "set_points": "they go to PX4"}
 """Parameters of `clearway ros2` that have no meaning here."""
 
 
@@ -46,7 +47,7 @@ def set_up_px4(
     faces = Faces(_release(parameters.px4, open_bus, notice), notice)
     parameters = _facing(parameters, faces.release)
     system = setup.flight.system()
-    notice_escape(system.escape, setup.sensor, notice)
+    notice_escape(system.escape, setup.sensor, notice, FAN)
     session = Session(system, setup.sensor, session_terms(setup, parameters), Counter())
 
     def link_on(bus: TopicBus) -> Px4Link:
@@ -71,7 +72,7 @@ def set_up_px4_guard(
         )  # fmt: skip
     guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)
     notice(guardian.braking)
-    notice_escape(guardian.escape, setup.sensor, notice)
+    notice_escape(guardian.escape, setup.sensor, notice, FAN)
     terms = looking_past(session_terms(setup, parameters))
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
 
@@ -101,7 +102,7 @@ def _facing(parameters: NodeParameters, release: Release) -> NodeParameters:
     """Parameters that send what is flown to PX4."""
     topic = parameters.px4.prefix.rstrip("/") + release.topic("TrajectorySetpoint")
     point = SetPointParameters(topic=topic, type="TrajectorySetpoint")
-    return parameters.model_copy(update={"act": True, "set_points": (point,)})
+    return parameters.model_copy(update={"set_points": (point,)})
 
 
 def _release(given: Px4Parameters, open_bus: OpenBus, notice: Notice) -> Release:
