@@ -41,7 +41,7 @@ TRUSTED = (
     LinkState.FLYING, LinkState.OTHER_MODE, LinkState.AGEING, LinkState.BLIND, LinkState.ARRIVED,
 )  # fmt: skip
 """States of the link in which the mode is flown; in any other the vehicle is given up."""
-BEGINS_S: Final = 1.0
+BEGINS_S: Final = 0.3
 """After the mode becomes active it may take so long to the first set-point."""
 STRANGE_S: Final = 1.0
 """Set-points of others are a reason to doubt for so long after the last one."""
@@ -90,6 +90,8 @@ class Px4Topics(TopicLink[S]):
         self._doubt = self._given_up = ""
         """Why PX4 may not choose the mode now; and why a mode that is still active was left."""
         self._resets, self._has_completed = 0, False
+        self.activations, self.is_forgotten = 0, False
+        """How often PX4 has begun to fly the mode; whether it no longer knows of it."""
         super().__init__(bus, session, parameters, names, setup.lidars, setup.origin)
 
     def own_heard(self) -> list[Heard]:
@@ -144,6 +146,7 @@ class Px4Topics(TopicLink[S]):
         if self.is_active and not was_active:
             self.mode.configure(applies=True)
             self._active_s, self._given_up, self._has_completed = wall_s, "", False
+            self.activations += 1
             self.notice(f"PX4 flies the mode {self.mode.name!r}")
         elif was_active and not self.is_active:
             why = f"; it was given up: {self._given_up}" if self._given_up else ""
@@ -205,7 +208,8 @@ class Px4Topics(TopicLink[S]):
         self._doubt = self._doubt or self._doubt_of_link(outcome, wall_s)
         if self.is_active:
             self._act(outcome, wall_s)
-        if self.mode.is_forgotten(wall_s):
+        self.is_forgotten = self.mode.is_forgotten(wall_s)
+        if self.is_forgotten:
             return replace(outcome, state=LinkState.RESTARTED, why_state=FORGOTTEN)
         return replace(outcome, why_state=outcome.why_state or self._doubt)
 
@@ -291,3 +295,8 @@ class Px4GuardLink(Px4Topics[GuardSession], GuardLink):
         if self.parameters.guard.type == "TrajectorySetpoint" and offset is not None:
             message.position = (message.position + ned_from_enu(offset)).astype(np.float32)
         super()._take_wish(message, wall_s, topic)
+
+    def _doubt_of_link(self, outcome: TickOutcome, wall_s: float) -> str:
+        if not self.session.tally["wishes"]:
+            return f"no command has come on {self.names(self.parameters.guard.topic)}"
+        return super()._doubt_of_link(outcome, wall_s)

@@ -72,7 +72,7 @@ class Px4Mode:
         self._arming_check_id = -1
         self._asked_s = self._questioned_s = -math.inf
         self._is_configured = False
-        self._why = "PX4 has not answered yet"
+        self._why = f"PX4 has not answered yet: is it of release {release.name}?"
 
     @property
     def flaw(self) -> str:

@@ -61,6 +61,8 @@ class SimulatedPx4:
         self.commander = Commander(release, self._send, self.habits)
         self.bus, self.release, self.time_s = bus, release, 0.0
         self.heard: Counter[str] = Counter()
+        self.strays = 0
+        """Set-points that came while no external mode flew: PX4's own modes would fly them."""
         self.nearest_obstacle_m, self.fastest_mps = math.inf, 0.0
         self.answered_s = -math.inf
         """Stamp of the state that the newest set-point answers, as far as can be told."""
@@ -193,6 +195,7 @@ class SimulatedPx4:
                 self.commander.hear(message, told, self.now_s)
 
     def _take_set_point(self, told: Any) -> None:
+        self.strays += not self.flies_external
         self.commander.set_point_s = self.now_s
         self.answered_s = self.time_s
         self._target = target_of_trajectory(told, self.truth.yaw_rad, self._shift_m)
@@ -264,6 +267,7 @@ class SimulatedPx4:
             "from_goal_m": round(self.from_goal_m, 3),
             "nearest_obstacle_m": rounded(self.nearest_obstacle_m, 3),
             "fastest_mps": round(self.fastest_mps, 3),
+            "strays": self.strays,
             "heard": dict(self.heard),
         }
 
