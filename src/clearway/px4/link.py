@@ -277,9 +277,9 @@ class Px4Topics(TopicLink[S]):
 
     def end(self) -> None:
         """To hold, and out of PX4, which then holds if it flew our mode."""
+        super().end()
         if self.is_active:
             self.mode.hold()
-        super().end()
         self.mode.unregister()
 
 

@@ -18,6 +18,7 @@ from clearway.missions.setup import FlightSetup, Notice
 from clearway.px4.link import Faces, Px4GuardLink, Px4Link
 from clearway.px4.releases import RELEASES, TOPICS, Release
 from clearway.ros2.bus import SENSOR, TopicBus
+from clearway.ros2.messages import ADDED
 from clearway.ros2.parameters import Names, NodeParameters, Px4Parameters, SetPointParameters
 from clearway.ros2.setup import NodeSetup, opened_link, session_terms
 from clearway.sensors import Lidar
@@ -124,8 +125,10 @@ def find_release(bus: TopicBus, prefix: str, wait_s: float) -> Release:
         for message in TELLING
         for version in range(HIGHEST_VERSION + 1)
     }
-    for topic, (message, _) in topics.items():
-        bus.subscribe(topic, RELEASES["1.18"].kind(message), SENSOR)
+    for topic, (message, version) in topics.items():
+        of_version = f"px4_msgs/msg/{message}V{version}"
+        kind = of_version if of_version in ADDED else RELEASES["1.18"].kind(message)
+        bus.subscribe(topic, kind, SENSOR)
     ends_s = time.monotonic() + wait_s
     first_s, found = ends_s, dict[str, int]()
     while time.monotonic() < min(ends_s, first_s + SETTLES_S) and len(found) < len(TELLING):

@@ -179,7 +179,9 @@ class SimulatedPx4:
 
     def listen(self) -> None:
         """Take what has come."""
-        for came in self.bus.take():
+        # Topics have no order among each other: what a mode did is heard before that it has left.
+        done = self.release.topic("ModeCompleted")
+        for came in sorted(self.bus.take(), key=lambda one: one.topic != done):
             message = self._incoming.get(came.topic)
             if message is None:
                 continue

@@ -19,7 +19,7 @@ from clearway.live.link.set_point import SetPoint
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
 from clearway.ros2.aircraft import aircraft_in_frame, read_ros2_aircraft
-from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage
+from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage, wire_kind
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
@@ -77,7 +77,7 @@ class TopicLink(Generic[S]):
         self._dropped_before = dropped_datagrams() or 0
         for heard in self._all_heard():
             self._by_topic[heard.topic] = heard
-            self.topics[heard.topic] = HeardTopic(heard.kind, heard.needed)
+            self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)
             bus.subscribe(heard.topic, heard.kind, heard.quality)
         self._advertise()
         kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
