@@ -14,10 +14,10 @@ pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 from clearway.base.errors import InputError
 from clearway.px4.mode import HOLD, OFFBOARD
 from clearway.px4.releases import RELEASES
-from clearway.px4.simulated_commander import TAKE_OFF
+from clearway.px4.simulated_commander import TAKE_OFF, Px4Habits
 from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import made, pack_message
-from px4_for_tests import End, Px4Bench, Px4Habits
+from px4_for_tests import End, Px4Bench
 
 MARGIN_M = 0.6
 TRAJECTORY = "px4_msgs/msg/TrajectorySetpoint"
@@ -51,7 +51,7 @@ def test_a_mission_is_flown_past_a_wall(release: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("release", RELEASES)
 def test_a_px4_of_another_meaning_is_refused(release: str, tmp_path: Path) -> None:
     bench = Px4Bench(tmp_path, release, Px4Habits(api=3))
-    with pytest.raises(InputError, match="version 3 of external modes.*px4.release"):
+    with pytest.raises(InputError, match=r"version 3 of external modes.*px4.release"):
         bench.step(30)
     bench.px4.step()
     assert not bench.commander.modes, "it left PX4 again"
@@ -60,14 +60,14 @@ def test_a_px4_of_another_meaning_is_refused(release: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("message", ["VehicleStatus", "TrajectorySetpoint", "ArmingCheckReply"])
 def test_a_message_with_other_fields_is_refused(message: str, tmp_path: Path) -> None:
     bench = Px4Bench(tmp_path, "1.17", Px4Habits(other_fields=(message,)))
-    with pytest.raises(InputError, match=f"{message} has other fields.*update clearway"):
+    with pytest.raises(InputError, match=rf"{message} has other fields.*update clearway"):
         bench.step(60)
     assert not bench.commander.modes, "it never registered"
 
 
 def test_a_vehicle_that_takes_no_trajectories_is_refused(tmp_path: Path) -> None:
     bench = Px4Bench(tmp_path, "1.18", Px4Habits(takes_trajectories=False))
-    with pytest.raises(InputError, match="takes no trajectories.*multicopter"):
+    with pytest.raises(InputError, match=r"takes no trajectories.*multicopter"):
         bench.step(60)
 
 
@@ -217,9 +217,7 @@ def test_a_px4_that_forgot_the_mode_ends_the_run(release: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(("release", "most_s"), [("1.16", 1.6), ("1.17", 1.6), ("1.18", 0.7)])
-def test_px4_leaves_a_mode_whose_process_died(
-    release: str, most_s: float, tmp_path: Path
-) -> None:
+def test_px4_leaves_a_mode_whose_process_died(release: str, most_s: float, tmp_path: Path) -> None:
     """Of the partner: that it fails over as PX4 does, so that the others show anything."""
     bench = flying(tmp_path, release)
     assert bench.until(bench.holds, most_s, pilot=False, node=False)
@@ -301,10 +299,10 @@ def test_a_guardian_whose_commander_dies_stays_and_holds(tmp_path: Path) -> None
 
 def test_commands_on_px4s_own_topic_are_refused(tmp_path: Path) -> None:
     own = WISHES | {"topic": "/fmu/in/trajectory_setpoint"}
-    with pytest.raises(InputError, match="PX4's own: command another topic"):
+    with pytest.raises(InputError, match=r"PX4's own: command another topic"):
         Px4Bench(tmp_path, "1.18", guard=own)
 
 
 def test_distances_and_clouds_at_once_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="state one of both"):
+    with pytest.raises(InputError, match=r"state one of both"):
         Px4Bench(tmp_path, "1.18", clouds={"ring": {"topic": "points"}})

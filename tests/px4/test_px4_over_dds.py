@@ -1,4 +1,4 @@
-"""`clearway px4` and a simulated PX4 in processes of their own, over DDS on the loopback interface."""
+"""`clearway px4` and a simulated PX4 in processes of their own, over DDS on the loopback."""
 
 from __future__ import annotations
 
@@ -129,4 +129,3 @@ def test_no_px4_ends_with_what_to_look_for(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "MicroXRCEAgent" in done.stderr
     assert "Traceback" not in done.stderr
-

@@ -39,7 +39,7 @@ OF_PX4 = (
     ("VehicleStatus", "1.18", 0x53EE3679),
     ("VehicleStatus", "1.16 1.17", 0xF779FA65),
 )
-"""Hashes by the rule of px4_ros2's compatibility check, of the files of px4_msgs of each release."""
+"""Hashes by the rule of px4_ros2 of the fields in px4_msgs, release by release."""
 
 
 @pytest.mark.parametrize(("message", "releases", "value"), OF_PX4)
@@ -77,10 +77,10 @@ def test_a_release_is_found_by_what_it_publishes(name: str, prefix: str) -> None
 
 def test_an_unknown_release_is_named() -> None:
     bus = px4_with("/fmu/out/vehicle_status_v7", "/fmu/out/vehicle_local_position_v1")
-    with pytest.raises(InputError, match="VehicleStatus of version 7.*update PX4 or clearway"):
+    with pytest.raises(InputError, match=r"VehicleStatus of version 7.*update PX4 or clearway"):
         find_release(bus, "", 5.0)
 
 
 def test_no_px4_says_what_to_look_for() -> None:
-    with pytest.raises(InputError, match="MicroXRCEAgent.*ROS_DOMAIN_ID"):
+    with pytest.raises(InputError, match=r"MicroXRCEAgent.*ROS_DOMAIN_ID"):
         find_release(px4_with(), "", 0.3)

@@ -6,15 +6,14 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from clearway.base.errors import InputError
 from clearway.live.link.outcome import TickOutcome
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.px4.releases import RELEASES
 from clearway.px4.setup import set_up_px4, set_up_px4_guard
 from clearway.px4.simulated import SimulatedPilot
-from clearway.px4.simulated_px4 import SimulatedPx4
 from clearway.px4.simulated_commander import Px4Habits
+from clearway.px4.simulated_px4 import SimulatedPx4
 from clearway.ros2.bus import Quality, TopicMessage, wire_kind
 from clearway.ros2.parameters import Names, NodeParameters
 
@@ -108,7 +107,6 @@ class Px4Bench:
         guard: dict[str, Any] | None = None,
         px4: dict[str, Any] | None = None,
         mission: str = MISSION,
-        late_px4: bool = False,
         **parameters: Any,
     ) -> None:
         path = folder / "mission.toml"
@@ -153,6 +151,3 @@ class Px4Bench:
 
     def holds(self) -> bool:
         return self.commander.nav_state == 4
-
-
-__all__ = ["InputError", "Px4Bench", "Px4Habits"]

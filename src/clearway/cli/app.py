@@ -31,9 +31,9 @@ from clearway.cli.interrupts import end_soon_on_interrupt
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
+from clearway.cli.px4 import px4
 from clearway.cli.reach_compare import compare_reach_methods as compare_reach_sets
 from clearway.cli.reach_set import reach_set
-from clearway.cli.px4 import px4
 from clearway.cli.replay import replay
 from clearway.cli.report import run_guarded, run_program
 from clearway.cli.reproduce import reproduce

@@ -110,7 +110,7 @@ class Px4OwnState:
 
 
 def _sampled_s(message: Any) -> float:
-    told_s, sampled_s = 1e-6 * message.timestamp, 1e-6 * message.timestamp_sample
+    told_s, sampled_s = 1e-6 * int(message.timestamp), 1e-6 * int(message.timestamp_sample)
     return sampled_s if 0.0 <= told_s - sampled_s <= SAMPLED_S else told_s
 
 

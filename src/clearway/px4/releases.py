@@ -33,7 +33,12 @@ TOPICS: Final = {
     "MessageFormatResponse": "out/message_format_response",
 }
 """Messages by name, and their topics within /fmu, without the version."""
-UNCHECKED = ("MessageFormatRequest", "MessageFormatResponse", "SetpointConfig", "SetpointConfigReply")
+UNCHECKED = (
+    "MessageFormatRequest",
+    "MessageFormatResponse",
+    "SetpointConfig",
+    "SetpointConfigReply",
+)
 """Of which PX4 is not asked for the format: by the first two it is asked, and of the others no
 release is known to answer."""
 FNV_START, FNV_PRIME = 0x811C9DC5, 0x1000193

@@ -15,8 +15,9 @@ from clearway.live.link.session import Session
 from clearway.mavlink.setup import notice_escape, sensor_of
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, Notice
-from clearway.px4.link import Faces, Px4GuardLink, Px4Link
+from clearway.px4.link import Px4GuardLink, Px4Link
 from clearway.px4.releases import RELEASES, TOPICS, Release
+from clearway.px4.topics import Faces
 from clearway.ros2.bus import SENSOR, TopicBus
 from clearway.ros2.messages import ADDED
 from clearway.ros2.parameters import Names, NodeParameters, Px4Parameters, SetPointParameters
@@ -134,7 +135,9 @@ def find_release(bus: TopicBus, prefix: str, wait_s: float) -> Release:
     while time.monotonic() < min(ends_s, first_s + SETTLES_S) and len(found) < len(TELLING):
         time.sleep(LOOKS_S)
         found = {
-            message: version for topic, (message, version) in topics.items() if bus.publishers(topic)
+            message: version
+            for topic, (message, version) in topics.items()
+            if bus.publishers(topic)
         }
         first_s = min(first_s, time.monotonic()) if found else first_s
     fits = [

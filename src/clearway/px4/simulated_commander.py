@@ -237,4 +237,3 @@ class Commander:
     def _tell(self, message: str, now_s: float, **fields: Any) -> None:
         kind = self.release.kind(message)
         self.send(message, made(kind, timestamp=round(1e6 * now_s), **fields))
-

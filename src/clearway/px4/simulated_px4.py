@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
-from clearway.base.frames import FloatArray, enu_from_ned, ned_from_enu
+from clearway.base.frames import ned_from_enu
 from clearway.base.state import State
 from clearway.io.json_values import rounded
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.distances import BODY_FRD
 from clearway.mavlink.simulated_autopilot import SOMEWHERE, ground_of
 from clearway.mavlink.simulated_habits import default_habits
-from clearway.mavlink.simulated_targets import Target, VelocityTarget
+from clearway.mavlink.simulated_targets import Target
 from clearway.mavlink.simulated_telemetry import SECTORS, measure_sectors
 from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
 from clearway.missions.mission_file import MissionFile
@@ -28,6 +27,7 @@ from clearway.missions.setup import FlightSetup
 from clearway.px4.mode import FIRST_MODE, HOLD
 from clearway.px4.releases import Release
 from clearway.px4.simulated_commander import TAKE_OFF, Commander, Px4Habits
+from clearway.px4.simulated_messages import cloud_message, target_of_trajectory
 from clearway.ros2.bus import SENSOR, STATIC_TF, Quality, TopicBus
 from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.told import header, make_stamp, point, turned
@@ -206,9 +206,7 @@ class SimulatedPx4:
 
     def _tell(self) -> None:
         self._tell_sensor()
-        self._publish(
-            "/clock", made("rosgraph_msgs/msg/Clock", clock=make_stamp(self.now_s))
-        )
+        self._publish("/clock", made("rosgraph_msgs/msg/Clock", clock=make_stamp(self.now_s)))
         local = self.truth.position_m + self._shift_m
         north, east, down = ned_from_enu(local).tolist()
         vx, vy, vz = ned_from_enu(self.truth.velocity_mps).tolist()
@@ -248,7 +246,7 @@ class SimulatedPx4:
         state = State(self.truth.position_m, attitude, time_s=self.now_s)
         seed = round(1e3 * self.time_s)
         scan = simulate_scan(self._lidar, self._setup.world, state, seed)
-        self._publish(self._cloud_topic, _cloud(scan.points_m, self.now_s))
+        self._publish(self._cloud_topic, cloud_message(scan.points_m, self.now_s, CLOUD_FRAME))
 
     def _send_out(self, message: str, **fields: Any) -> None:
         self._send(message, made(self.release.kind(message), **fields))
@@ -272,33 +270,3 @@ class SimulatedPx4:
             "strays": self.strays,
             "heard": dict(self.heard),
         }
-
-
-def target_of_trajectory(told: Any, yaw_rad: float, shift_m: FloatArray) -> Target | None:
-    """What a TrajectorySetpoint says is to be flown; None where it says nothing.
-
-    shift_m: of PX4's frame, as its estimator has it, from the true one.
-    """
-    place, velocity = (enu_from_ned(np.array(v, float)) for v in (told.position, told.velocity))
-    faster = enu_from_ned(np.array(told.acceleration, float))
-    rate = -float(told.yawspeed) if math.isfinite(told.yawspeed) else 0.0
-    moves = bool(np.all(np.isfinite(velocity)))
-    if not np.all(np.isfinite(place)):
-        return VelocityTarget(velocity, rate) if moves else None
-    yaw = 0.5 * math.pi - float(told.yaw) if math.isfinite(told.yaw) else yaw_rad
-    target = SetPoint(place - shift_m, velocity if moves else None, yaw, yaw_rate_rps=rate)
-    return replace(target, acceleration_mps2=faster) if np.all(np.isfinite(faster)) else target
-
-
-def _cloud(points_m: FloatArray, time_s: float) -> Any:
-    """A PointCloud2 in its sensor's frame; a return that is missing is not a number."""
-    told = np.vstack([points_m, np.full((1, 3), np.nan)]).astype("<f4")
-    fields = [
-        made("sensor_msgs/msg/PointField", name=axis, offset=4 * number, datatype=7, count=1)
-        for number, axis in enumerate("xyz")
-    ]
-    return made(
-        "sensor_msgs/msg/PointCloud2", header=header(time_s, CLOUD_FRAME), height=1,
-        width=len(told), fields=fields, point_step=12, row_step=12 * len(told),
-        data=np.frombuffer(told.tobytes(), dtype=np.uint8),
-    )  # fmt: skip
