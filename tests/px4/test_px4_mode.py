@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
-pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 
 from clearway.base.errors import InputError
 from clearway.px4.mode import HOLD, OFFBOARD

@@ -13,12 +13,11 @@ from typing import Any
 import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
-pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 
 from clearway.px4.mode import HOLD
 from clearway.px4.releases import RELEASES
 from clearway.px4.setup import find_release
-from clearway.px4.simulated import SimulatedPilot
+from clearway.px4.simulated import ModePilot
 from clearway.px4.simulated_px4 import SimulatedPx4
 from repository import REPOSITORY
 from ros2_for_tests import LOOPBACK
@@ -86,7 +85,7 @@ def px4(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def stepped_until(px4: SimulatedPx4, true: Any, seconds: float = 90.0) -> bool:
     """In real time, by a pilot that flies the mode."""
-    pilot, ends = SimulatedPilot(px4, "clearway"), time.monotonic() + seconds
+    pilot, ends = ModePilot(px4, "clearway"), time.monotonic() + seconds
     while time.monotonic() < ends and not true():
         began = time.monotonic()
         if not px4.flies_external:

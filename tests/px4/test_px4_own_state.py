@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
-pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 
 from clearway.base.frames import FloatArray, geodetic_from_enu
 from clearway.px4.own_state import NO_ORIGIN, NO_POSE, Px4OwnState

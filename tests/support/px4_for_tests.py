@@ -11,7 +11,7 @@ from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.px4.releases import RELEASES
 from clearway.px4.setup import set_up_px4, set_up_px4_guard
-from clearway.px4.simulated import SimulatedPilot
+from clearway.px4.simulated import ModePilot
 from clearway.px4.simulated_commander import Px4Habits
 from clearway.px4.simulated_px4 import SimulatedPx4
 from clearway.ros2.bus import Quality, TopicMessage, wire_kind
@@ -122,7 +122,7 @@ class Px4Bench:
         node = NodeParameters.model_validate(given)
         self.loop, self.link = set_up(node, Names(), self.open_bus, self.said.append)
         self.session, self.commander = self.link.session, self.px4.commander
-        self.pilot = SimulatedPilot(self.px4, "clearway")
+        self.pilot = ModePilot(self.px4, "clearway")
         self.last: TickOutcome | None = None
 
     def open_bus(self) -> End:

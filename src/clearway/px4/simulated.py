@@ -27,7 +27,7 @@ ENDS_S: Final = 2.0
 """After the mode has told that it is done, or was left, it is flown on for so long."""
 
 
-class SimulatedPilot:
+class ModePilot:
     """Arms, takes off and chooses the mode of a name; ask `act` at every step."""
 
     def __init__(self, px4: SimulatedPx4, name: str) -> None:
@@ -53,7 +53,7 @@ class SimulatedPilot:
             commander.choose(mode)
 
 
-def fly(px4: SimulatedPx4, pilot: SimulatedPilot, duration_s: float, *, lock_step: bool) -> None:
+def fly(px4: SimulatedPx4, pilot: ModePilot, duration_s: float, *, lock_step: bool) -> None:
     """Step it until the mode is done or was left, or time is up."""
     began = time.monotonic()
     while px4.time_s < duration_s:
@@ -91,7 +91,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     release = RELEASES[options.release]
     px4 = SimulatedPx4(bus, file, setup, release, cloud_topic=options.cloud)
-    fly(px4, SimulatedPilot(px4, options.mode), options.duration, lock_step=options.lock_step)
+    fly(px4, ModePilot(px4, options.mode), options.duration, lock_step=options.lock_step)
     bus.close()
     print(json.dumps(px4.summary()))
     return 0 if px4.commander.completed else 1
