@@ -148,7 +148,7 @@ def describe_node(result: dict[str, Any], link: Ros2Link) -> str:
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]
     lines += [
-        f"heard      {heard.words(topic, link.bus.publishers(topic))}"
+        f"heard      {heard.words(topic, link.bus)}"
         for topic, heard in link.topics.items()
         if heard.needed or heard.messages
     ]

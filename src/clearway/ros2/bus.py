@@ -71,6 +71,10 @@ class TopicBus(Protocol):
         """How many others publish a topic that is heard."""
         ...
 
+    def why_unheard(self, topic: str) -> str:
+        """Why a publisher that is there is not heard; "" where that is not known, or none is."""
+        ...
+
     def wait(self, seconds: float) -> None:
         """Until something comes, but no longer."""
         ...

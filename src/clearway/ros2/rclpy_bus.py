@@ -63,6 +63,10 @@ class RclpyBus:
     def publishers(self, topic: str) -> int:
         return int(self._node.count_publishers(topic))
 
+    def why_unheard(self, topic: str) -> str:
+        del topic
+        return ""
+
     def wait(self, seconds: float) -> None:
         self._rclpy.spin_once(self._node, timeout_sec=max(0.0, seconds))
 

@@ -255,7 +255,7 @@ class TopicLink(Generic[S]):
             return
         self._diagnosed_s = wall_s
         values: dict[str, object] = {
-            topic: heard.words("", self.bus.publishers(topic)).removeprefix(" ")
+            topic: heard.words(topic, self.bus).removeprefix(f"{topic} ")
             for topic, heard in self.topics.items()
             if heard.needed or heard.messages
         }
@@ -314,7 +314,7 @@ class TopicLink(Generic[S]):
     def missing(self) -> list[str]:
         """What is needed and does not come, or cannot be used."""
         found = [
-            heard.words(topic, self.bus.publishers(topic))
+            heard.words(topic, self.bus)
             for topic, heard in self.topics.items()
             if heard.needed and heard.messages == heard.refused
         ]
