@@ -8,6 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from clearway.base.errors import InputError
+
+
+class MissingMessageError(InputError):
+    """A message that the ROS which carries a topic does not have."""
+
 
 @dataclass(frozen=True, slots=True)
 class Quality:

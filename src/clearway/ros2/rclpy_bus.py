@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
-from clearway.ros2.bus import Quality, TopicMessage, wire_kind
+from clearway.ros2.bus import MissingMessageError, Quality, TopicMessage, wire_kind
 
 
 def rclpy_is_there() -> bool:
@@ -89,4 +89,10 @@ class RclpyBus:
 
 def _type(kind: str) -> Any:
     package, _, name = wire_kind(kind).replace("/msg/", "/").partition("/")
-    return getattr(import_module(f"{package}.msg"), name)
+    try:
+        return getattr(import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError) as cause:
+        raise MissingMessageError(
+            "--backend rclpy", f"this ROS has no {package}/msg/{name}: install {package}, or "
+            "source the workspace that builds it, or use --backend dds, which needs none"
+        ) from cause  # fmt: skip

@@ -19,7 +19,16 @@ from clearway.live.link.set_point import SetPoint
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
 from clearway.ros2.aircraft import aircraft_in_frame, read_ros2_aircraft
-from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage, wire_kind
+from clearway.ros2.bus import (
+    SENSOR,
+    STATIC_TF,
+    USUAL,
+    MissingMessageError,
+    Quality,
+    TopicBus,
+    TopicMessage,
+    wire_kind,
+)
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kernel import dropped_datagrams
@@ -72,13 +81,14 @@ class TopicLink(Generic[S]):
         )
         self._clouds = PlacedClouds(self.transforms, parameters.base_frame, lidars)
         self._by_topic: dict[str, Heard] = {}
-        self._said: set[str] = set()
+        self._said, self._untold = set[str](), set[str]()
+        self._unheard: list[str] = []
         self._diagnosed_s = -math.inf
         self._dropped_before = dropped_datagrams() or 0
         for heard in self._all_heard():
             self._by_topic[heard.topic] = heard
             self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)
-            bus.subscribe(heard.topic, heard.kind, heard.quality)
+            self._subscribe(heard)
         self._advertise()
         kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
         for kind in kinds:
@@ -87,6 +97,16 @@ class TopicLink(Generic[S]):
             )  # The first of a kind takes 10 ms, here and not then.
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
+
+    def _subscribe(self, heard: Heard) -> None:
+        """Messages that nothing depends on may be missing."""
+        try:
+            self.bus.subscribe(heard.topic, heard.kind, heard.quality)
+        except MissingMessageError as missing:
+            if heard.needed:
+                raise
+            self._unheard.append(f"{heard.topic}: not heard, {missing}")
+            self.counts[self._unheard[-1]] += 1
 
     def _all_heard(self) -> list[Heard]:
         names, given = self.names, self.parameters
@@ -122,7 +142,14 @@ class TopicLink(Generic[S]):
 
     def _advertise(self) -> None:
         for name, kind, quality in self._told():
-            self.bus.advertise(self.names(name), kind, quality)
+            topic = self.names(name)
+            try:
+                self.bus.advertise(topic, kind, quality)
+            except MissingMessageError as missing:
+                if (name, kind, quality) not in (*self.told_always, DIAGNOSTICS):
+                    raise
+                self._untold.add(topic)
+                self.counts[f"{topic}: not published, {missing}"] += 1
 
     def _told(self) -> list[tuple[str, str, Quality]]:
         """Topics, kinds and qualities of what is published."""
@@ -294,6 +321,8 @@ class TopicLink(Generic[S]):
     def publish(self, name: str, message: Any) -> None:
         """A message, or one in CDR as it came, on a topic by its name in the parameters."""
         topic = self.names(name)
+        if topic in self._untold:
+            return
         raw = message if isinstance(message, bytes) else pack_message(message)
         if self.bus.publish(topic, raw):
             self.published[topic] += 1
@@ -318,7 +347,7 @@ class TopicLink(Generic[S]):
             for topic, heard in self.topics.items()
             if heard.needed and heard.messages == heard.refused
         ]
-        return found + [
+        return [*found, *self._unheard] + [
             f"{number} x {reason}"
             for reason, number in self.counts.items()
             if reason in WRONG_FRAMES
