@@ -305,3 +305,18 @@ def test_commands_on_px4s_own_topic_are_refused(tmp_path: Path) -> None:
 def test_distances_and_clouds_at_once_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"state one of both"):
         Px4Bench(tmp_path, "1.18", clouds={"ring": {"topic": "points"}})
+
+
+def test_nonsense_from_px4_is_counted_and_ends_nothing(tmp_path: Path) -> None:
+    bench = flying(tmp_path)
+    other, rng = End(bench.topics), np.random.default_rng(5)
+    heard = [one for one in bench.link.topics if one.startswith("/fmu/")]
+    for topic in heard:
+        other.told.add(topic)
+    for _ in range(20):
+        for topic in heard:
+            other.publish(topic, b"\0\1\0\0" + rng.bytes(int(rng.integers(0, 400))))
+        bench.step(pilot=False)
+    malformed = [one for one in bench.counts_of("malformed") if one.startswith("/fmu/")]
+    assert len(malformed) >= 5
+    assert bench.px4.nearest_obstacle_m >= MARGIN_M

@@ -150,6 +150,10 @@ class Px4Bench:
             self.step(**how)
         return bool(true())
 
+    def counts_of(self, word: str) -> list[str]:
+        """Reasons for which something was left out that have a word."""
+        return [reason for reason in self.session.left_out if word in reason]
+
     def flies(self) -> bool:
         return self.px4.flies_external
 

@@ -29,7 +29,8 @@ from clearway.ros2.kinds import Heard
 from clearway.ros2.messages import pack_message, unpacked
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.setup import NodeSetup
-from clearway.ros2.topic_link import S, TopicLink
+from clearway.ros2.topic_link import TopicLink
+from clearway.ros2.topic_teller import S
 
 ARMED = 2
 """VehicleStatus.ARMING_STATE_ARMED."""
