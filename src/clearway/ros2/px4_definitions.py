@@ -254,16 +254,14 @@ uint16 max_distance
 float32 angle_offset
 """
 _DISPLAY = "uint8 nav_state_display\nbool accepts_offboard_setpoints\n"
-_SELECTABLE = "bool not_user_selectable\n"
+_SELECTABLE, _OFFBOARD = "bool not_user_selectable\n", "bool request_offboard_setpoints\n"
 
 PX4_DEFINITIONS = {
     f"px4_msgs/msg/{name}": text
     for name, text in {
         "Event": _EVENT,
         "RegisterExtComponentRequest": _REGISTER,
-        "RegisterExtComponentRequestV2": _REGISTER
-        + _SELECTABLE
-        + "bool request_offboard_setpoints\n",
+        "RegisterExtComponentRequestV2": _REGISTER + _SELECTABLE + _OFFBOARD,
         "RegisterExtComponentReply": _REGISTERED,
         "RegisterExtComponentReplyV1": _REGISTERED + _SELECTABLE,
         "UnregisterExtComponent": _UNREGISTER,
