@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
+from clearway.px4 import simulated_px4
 from clearway.px4.mode import HOLD, OFFBOARD
 from clearway.px4.releases import RELEASES
 from clearway.px4.simulated_commander import TAKE_OFF, Px4Habits
@@ -103,6 +104,33 @@ def test_a_listener_does_not_register(tmp_path: Path) -> None:
     assert not bench.link.missing()
 
 
+CLOUDS = {
+    "cloud_topic": "/points", "clouds": {"ring": {"topic": "/points"}}, "px4": {"distances": ""},
+}  # fmt: skip
+
+
+def test_clouds_are_flown_by(tmp_path: Path) -> None:
+    bench = flying(tmp_path, **CLOUDS)
+    assert bench.link.topics["/points"].messages > 20
+    assert not bench.link.topics["/points"].refused
+
+
+def test_times_that_lie_apart_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """PX4 tells the time since its boot, and the sensor that of the companion computer."""
+    bench = Px4Bench(tmp_path, "1.18", **CLOUDS)
+    monkeypatch.setattr("clearway.px4.simulated_px4.BEGAN_S", 100.0)
+    made_by = simulated_px4.cloud_message
+
+    def synchronous(points: Any, time_s: float, frame: str) -> Any:
+        return made_by(points, time_s + 1.7e9, frame)
+
+    monkeypatch.setattr(simulated_px4, "cloud_message", synchronous)
+    bench.step(40)
+    assert not bench.commander.can_fly(23)
+    assert bench.last is not None
+    assert "UXRCE_DDS_SYNCT" in bench.last.why_state
+
+
 # --- given up -----------------------------------------------------------------------------
 
 DOUBTS = {
@@ -123,6 +151,16 @@ def test_a_doubt_ends_in_hold(what: str, release: str, tmp_path: Path) -> None:
     bench.step(20, pilot=False)
     assert bench.px4.heard["TrajectorySetpoint"] == sent, "no set-point in another mode"
     assert bench.px4.nearest_obstacle_m >= MARGIN_M
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_px4_that_does_not_hold_is_told_that_the_mode_cannot_be_flown(
+    release: str, tmp_path: Path
+) -> None:
+    bench = flying(tmp_path, release, habits=Px4Habits(resets_s=9.0, refuses_hold=True))
+    assert bench.until(bench.holds, 10.0, pilot=False)
+    assert bench.commander.is_in_failsafe
+    assert 9.5 < bench.px4.time_s < 11.0
 
 
 def test_an_invalid_estimate_ends_in_hold_and_may_be_flown_again(tmp_path: Path) -> None:

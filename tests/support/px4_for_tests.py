@@ -48,6 +48,8 @@ class Topics:
     def __init__(self) -> None:
         self.kinds: dict[str, str] = {}
         self.ends: list[End] = []
+        self.kept: dict[str, bytes] = {}
+        """Of latched topics, for those who come later."""
 
 
 class End:
@@ -62,9 +64,10 @@ class End:
         topics.ends.append(self)
 
     def subscribe(self, topic: str, kind: str, quality: Quality) -> None:
-        del quality
         self._same(topic, kind)
         self.heard[topic] = kind
+        if quality.latched and topic in self._topics.kept:
+            self.came.append(TopicMessage(topic, kind, self._topics.kept[topic]))
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> None:
         del quality
@@ -76,6 +79,7 @@ class End:
 
     def publish(self, topic: str, raw: bytes) -> bool:
         assert topic in self.told
+        self._topics.kept[topic] = raw
         for end in self._topics.ends:
             if topic in end.heard:
                 end.came.append(TopicMessage(topic, end.heard[topic], raw))
@@ -111,13 +115,16 @@ class Px4Bench:
         guard: dict[str, Any] | None = None,
         px4: dict[str, Any] | None = None,
         mission: str = MISSION,
+        cloud_topic: str = "",
         **parameters: Any,
     ) -> None:
         path = folder / "mission.toml"
         path.write_text(mission)
         self.topics, self.said = Topics(), list[str]()
         file = read_mission_file(str(path))
-        self.px4 = SimulatedPx4(End(self.topics), file, prepare(file), RELEASES[release], habits)
+        self.px4 = SimulatedPx4(
+            End(self.topics), file, prepare(file), RELEASES[release], habits, cloud_topic
+        )
         told = {"distances": "/fmu/in/obstacle_distance", "wait_s": 0.5} | (px4 or {})
         given: dict[str, Any] = {"mission": path, "act": True, "px4": told} | parameters
         set_up = set_up_px4

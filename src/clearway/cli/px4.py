@@ -45,8 +45,10 @@ def px4(
 
     refuse_unusable(backend, None)
     given = read_parameters(parameters, namespace=namespace)
-    if check:
-        given = given.model_copy(update={"act": False})
+    changed: dict[str, object] = {"act": False} if check else {}
+    if guard and "rate" not in given.model_fields_set:
+        changed["rate"] = 20.0
+    given = given.model_copy(update=changed)
 
     def open_bus() -> TopicBus:
         return bus_for(None, backend, domain, namespace)

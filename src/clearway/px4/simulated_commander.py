@@ -38,6 +38,8 @@ class Px4Habits:
     starts_armed: bool = False
     takes_trajectories: bool = True
     """False as of a plane."""
+    refuses_hold: bool = False
+    """It does not go to Hold when it is told to."""
     odometry_ends_s: float = math.inf
     resets_s: float = math.inf
     """When its estimator moves its position by a metre."""
@@ -225,7 +227,7 @@ class Commander:
         )  # fmt: skip
 
     def _take_command(self, command: Any, _now_s: float) -> None:
-        if command.command == SET_NAV_STATE:
+        if command.command == SET_NAV_STATE and not self.habits.refuses_hold:
             self.choose(round(command.param1))
 
     def _take_completed(self, message: Any, _now_s: float) -> None:

@@ -20,6 +20,7 @@ from clearway.base.state import State
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.status import VehicleStatus
+from clearway.live.link.vehicle_clock import STRAYS, Tick
 from clearway.mavlink.surroundings import Surroundings
 from clearway.px4.mode import AGAIN_S, Px4Mode
 from clearway.px4.own_state import Px4OwnState
@@ -40,11 +41,17 @@ TRUSTED = (
 """States of the link in which the mode is flown; in any other the vehicle is given up."""
 BEGINS_S: Final = 0.3
 """After the mode becomes active it may take so long to the first set-point."""
+INSISTS_S: Final = 1.0
+"""For so long Hold is asked for before PX4 is told that the mode cannot be flown."""
 STRANGE_S: Final = 1.0
 """Set-points of others are a reason to doubt for so long after the last one."""
 KEPT = 256
 """Own set-points that are known again where they are heard."""
 OTHERS = "another program sends set-points to PX4 as well: end it, or let it command `--guard`"
+APART = (
+    "PX4 and the sensors tell times that lie apart: set PX4's UXRCE_DDS_SYNCT to 1, or "
+    "use_sim_time in a simulation"
+)
 FAST = Quality(reliable=False, depth=20)
 """Odometry comes at 100 Hz, and is taken at every tick."""
 
@@ -81,7 +88,7 @@ class Px4Topics(TopicLink[S]):
         self._surroundings = Surroundings(session, setup.sensor, session.counts)
         self._set_point_topic = given.prefix.rstrip("/") + self.release.topic("TrajectorySetpoint")
         self._sent: deque[bytes] = deque(maxlen=KEPT)
-        self._strange_s = self._active_s = self._held_s = -math.inf
+        self._strange_s = self._active_s = self._held_s = self._given_up_s = -math.inf
         self._is_armed, self._nav_state = False, -1
         self._airborne: bool | None = None
         self._doubt = self._given_up = ""
@@ -178,7 +185,9 @@ class Px4Topics(TopicLink[S]):
             self.session.hear_ground(float(offset[2]) - float(message.z))
 
     def _take_question(self, message: Any, wall_s: float, _topic: str) -> None:
-        self.mode.hear_question(message, wall_s, can_run=not self._doubt)
+        # PX4 goes to Hold as it is told, before a "no" has it choose a failsafe of its own.
+        insists = self.is_active and wall_s <= self._given_up_s + INSISTS_S
+        self.mode.hear_question(message, wall_s, can_run=not self._doubt or insists)
 
     def _take_set_point(self, message: Any, wall_s: float, _topic: str) -> None:
         if pack_message(message) not in self._sent:
@@ -198,7 +207,7 @@ class Px4Topics(TopicLink[S]):
         """Note what of PX4 speaks against set-points; raises what speaks against all of it."""
         if self.mode.refusal is not None:
             raise self.mode.refusal
-        self._note_resets()
+        self._note_resets(wall_s)
         self._doubt = self._given_up or self._doubt_of_px4(wall_s)
 
     def after_tick(self, outcome: TickOutcome, wall_s: float) -> TickOutcome:
@@ -214,8 +223,7 @@ class Px4Topics(TopicLink[S]):
     def _act(self, outcome: TickOutcome, wall_s: float) -> None:
         """Give up where there is any doubt; tell PX4 once that all is done."""
         if self._doubt and not self._given_up:
-            self._given_up = self._doubt
-            self.notice(f"gives the vehicle up to PX4's Hold: {self._doubt}")
+            self._give_up(self._doubt, wall_s)
         if self._given_up:
             if wall_s >= self._held_s + AGAIN_S:
                 self._held_s = wall_s
@@ -224,7 +232,11 @@ class Px4Topics(TopicLink[S]):
             self._has_completed = True
             self.mode.complete()
 
-    def _note_resets(self) -> None:
+    def _give_up(self, why: str, wall_s: float) -> None:
+        self._given_up, self._given_up_s = why, wall_s
+        self.notice(f"gives the vehicle up to PX4's Hold: {why}")
+
+    def _note_resets(self, wall_s: float) -> None:
         """Where the estimate has jumped, nobody knows where seen space lies."""
         if self.place.resets == self._resets:
             return
@@ -232,8 +244,7 @@ class Px4Topics(TopicLink[S]):
         self.session.forget_free_space()
         self.counts[self.place.why_reset] += 1
         if self.is_active and not self._given_up:
-            self._given_up = self.place.why_reset
-            self.notice(f"gives the vehicle up to PX4's Hold: {self._given_up}")
+            self._give_up(self.place.why_reset, wall_s)
 
     def _doubt_of_px4(self, wall_s: float) -> str:
         """Why no set-point is sent, whatever the session says; "" for no reason."""
@@ -247,6 +258,8 @@ class Px4Topics(TopicLink[S]):
         state, more = outcome.state, outcome.why_state
         if self.session.refusal is not None:
             return self.session.refusal
+        if state is LinkState.WAITING and self.counts[str(Tick.STRAY)] >= STRAYS:
+            return APART
         if state not in TRUSTED and (self.is_active or state is not LinkState.ON_GROUND):
             return f"{state}{': ' if more else ''}{more}"
         if self.is_active and outcome.set_point is None and wall_s > self._active_s + BEGINS_S:
