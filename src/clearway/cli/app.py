@@ -31,6 +31,7 @@ from clearway.cli.interrupts import end_soon_on_interrupt
 from clearway.cli.map import show_map
 from clearway.cli.mavlink import mavlink
 from clearway.cli.pursuit import pursuit
+from clearway.cli.px4 import px4
 from clearway.cli.reach_compare import compare_reach_methods as compare_reach_sets
 from clearway.cli.reach_set import reach_set
 from clearway.cli.replay import replay
@@ -73,6 +74,7 @@ app.command("faults", cls=Command)(run_guarded(faults))
 app.command("guard", cls=Command)(run_guarded(guard))
 app.command("map", cls=Command)(run_guarded(show_map))
 app.command("mavlink", cls=Command)(run_guarded(mavlink))
+app.command("px4", cls=Command)(run_guarded(px4))
 app.command("replay", cls=Command)(run_guarded(replay))
 app.command("reproduce", cls=Command)(run_guarded(reproduce))
 app.command("risk", cls=Command)(run_guarded(risk))

@@ -61,9 +61,9 @@ def ros2(
         lasts = BUS_CHECK_S if check else duration
         over = partial(getattr, link.bus, "ended", False)
         with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:
-            report = loop.run(stop, _NodeWatch().show)
-        result, missing = _result(link, report), link.missing()
-        words = _in_words(result, link)
+            report = loop.run(stop, NodeWatch().show)
+        result, missing = summarize_node(link, report), link.missing()
+        words = describe_node(result, link)
     finally:
         link.close()
     if as_json:
@@ -77,7 +77,7 @@ def ros2(
         leave(NOT_REACHED)
 
 
-class _NodeWatch:
+class NodeWatch:
     """Tells changes on standard error."""
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class _NodeWatch:
             print(f"{at}  {outcome.state}{why}{doing}", file=sys.stderr, flush=True)
 
 
-def _result(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
+def summarize_node(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
     from clearway.io.json_values import rounded
 
     system = link.session.system
@@ -140,7 +140,7 @@ def _reached(result: dict[str, Any]) -> str:
     return f"{'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} waypoints"
 
 
-def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
+def describe_node(result: dict[str, Any], link: Ros2Link) -> str:
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {_reached(result)}; the link at the end: {result['state']}",
@@ -148,7 +148,7 @@ def _in_words(result: dict[str, Any], link: Ros2Link) -> str:
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]
     lines += [
-        f"heard      {heard.words(topic, link.bus.publishers(topic))}"
+        f"heard      {heard.words(topic, link.bus)}"
         for topic, heard in link.topics.items()
         if heard.needed or heard.messages
     ]

@@ -80,7 +80,7 @@ LIKELY = (
     (rb"(?m)^[0-9A-Z]{2}-\d{6} [OU] ", "obstacles of the FAA (DOF): `clearway map` takes it"),
     (rb"(?i)\A\W*x\W+y\W+z\b", "a table of points: `clearway assess --scan` takes it"),
     (rb"(?m)^\s*ros__parameters:", "parameters of a node of ROS 2: `clearway ros2` takes them, "
-     "`clearway guard` those with commands"),
+     "`clearway guard` those with commands, `clearway px4` those of a flight mode"),
     (rb"(?m)\A[^\0]*?^\[\[volume\]\]", "volumes about other aircraft: "
      "`clearway alerts --volumes` takes them"),
 )  # fmt: skip

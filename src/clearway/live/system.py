@@ -299,6 +299,10 @@ class AvoidanceSystem:
         """
         self._known.sensing.begin_at(place_m)
 
+    def forget_free_space(self) -> None:
+        """Count nothing as seen to be free any more: the own position has jumped."""
+        self._known.sensing.forget_free_space()
+
     def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
         """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.
 

@@ -140,11 +140,13 @@ def make_mavlink_terms(
     )
 
 
-def notice_escape(escape: EscapePlan, sensor: Lidar | None, notice: Notice) -> None:
+def notice_escape(
+    escape: EscapePlan, sensor: Lidar | None, notice: Notice, how: str = "--fan-deg 30"
+) -> None:
     """Say which escape mode flies, and what to type where level distances promise nothing."""
     notice(str(escape))
     if sensor is not None and escape.flown == Escape.KNOWN and are_level((sensor,)):
-        notice("where each sector tells the nearest of a vertical opening, state it: --fan-deg 30")
+        notice(f"where each sector tells the nearest of a vertical opening, state it: {how}")
 
 
 def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:

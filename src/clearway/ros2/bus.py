@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
+
+from clearway.base.errors import InputError
+
+
+class MissingMessageError(InputError):
+    """A message that the ROS which carries a topic does not have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +29,11 @@ SENSOR = Quality(reliable=False, depth=5)
 USUAL = Quality()
 LATCHED = Quality(latched=True, depth=1)
 STATIC_TF = Quality(latched=True, depth=100)
+
+
+def wire_kind(kind: str) -> str:
+    """The name of a kind on topics: without the version of a message of PX4."""
+    return re.sub(r"V\d+$", "", kind) if kind.startswith("px4_msgs/") else kind
 
 
 class TopicMessage(NamedTuple):
@@ -63,6 +75,10 @@ class TopicBus(Protocol):
 
     def publishers(self, topic: str) -> int:
         """How many others publish a topic that is heard."""
+        ...
+
+    def why_unheard(self, topic: str) -> str:
+        """Why a publisher that is there is not heard; "" where that is not known, or none is."""
         ...
 
     def wait(self, seconds: float) -> None:

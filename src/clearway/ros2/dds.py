@@ -16,7 +16,8 @@ from functools import cache
 from typing import Any
 
 from clearway.base.errors import InputError, MissingExtraError
-from clearway.ros2.bus import Quality, TopicMessage
+from clearway.ros2.bus import Quality, TopicMessage, wire_kind
+from clearway.ros2.discovered import DiscoveredPublishers
 from clearway.ros2.messages import message_types
 
 MOST_DOMAIN = 232
@@ -88,6 +89,8 @@ class DdsBus:
         except DDSException as refused:
             raise InputError(f"DDS domain {domain}", f"cannot be opened: {refused}") from refused
         self.name, self.recorded = f"DDS domain {domain}", False
+        self._discovered = DiscoveredPublishers(self._participant)
+        self._asked: dict[str, tuple[str, Quality]] = {}
         self._topics: dict[str, Any] = {}
         self._readers: dict[str, tuple[str, Any]] = {}
         self._writers: dict[str, Any] = {}
@@ -115,7 +118,7 @@ class DdsBus:
             qos=_policies(quality),
             listener=Listener(on_sample_lost=lost),  # type: ignore[no-untyped-call]
         )
-        self._readers[topic] = (kind, reader)
+        self._readers[topic], self._asked[topic] = (kind, reader), (kind, quality)
         if self._waitset is None:
             self._waitset = WaitSet(self._participant)
         anything = SampleState.NotRead | ViewState.Any | InstanceState.Any
@@ -155,6 +158,9 @@ class DdsBus:
         reader = self._readers[topic][1]
         return len(reader.get_matched_publications())
 
+    def why_unheard(self, topic: str) -> str:
+        return self._discovered.why_unheard(topic, *self._asked[topic])
+
     def subscribers(self, topic: str) -> int:
         """How many others hear a topic that is published."""
         return len(self._writers[topic].get_matched_subscriptions())
@@ -166,7 +172,7 @@ class DdsBus:
         self._waitset.wait(int(seconds * 1e9))
 
     def close(self) -> None:
-        self._waitset = None
+        self._waitset = self._discovered = None  # type: ignore[assignment]
         self._readers.clear()
         self._writers.clear()
         self._topics.clear()
@@ -198,7 +204,7 @@ def idl_type(kind: str) -> Any:
     """A type for Cyclone of a message "package/msg/Name"."""
     from cyclonedds.idl import make_idl_struct
 
-    package, _, name = kind.replace("/msg/", "/").partition("/")
+    package, _, name = wire_kind(kind).replace("/msg/", "/").partition("/")
     fields = {field: _idl(node) for field, node in message_types().FIELDDEFS[kind][1]}
     if not fields:
         from cyclonedds.idl import types

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.errors import MissingExtraError
+from clearway.ros2.px4_definitions import PX4_DEFINITIONS
 
 UINT8, UINT16, UINT32, FLOAT32, FLOAT64 = "uint8", "uint16", "uint32", "float32", "float64"
 
@@ -80,6 +81,7 @@ ADDED = {
     "px4_msgs/msg/TrajectorySetpoint": TRAJECTORY_SETPOINT,
     "mavros_msgs/msg/PositionTarget": POSITION_TARGET,
     "mavros_msgs/msg/ADSBVehicle": ADSB_VEHICLE,
+    **PX4_DEFINITIONS,
 }
 
 

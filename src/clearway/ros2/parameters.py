@@ -66,6 +66,25 @@ class GuardParameters(ParameterSection):
     """At which the vehicle changes its velocity; by default the mission's, or a cautious 3 m/s2."""
 
 
+class Px4Parameters(ParameterSection):
+    """For `clearway px4`: how PX4 is found, and what it shows of clearway."""
+
+    release: Literal["auto", "1.16", "1.17", "1.18"] = "auto"
+    """Of PX4; auto: by the topics that it publishes."""
+    name: str = Field(default="clearway", pattern="^[ -~]{1,24}$")
+    """Of the flight mode, as ground stations show it."""
+    prefix: str = ""
+    """Of PX4's topics, before /fmu: /px4_1 of the second vehicle of a simulation."""
+    wait_s: float = Field(default=15.0, gt=0.0, le=600.0)
+    """For so long PX4's topics are looked for at the start."""
+    distances: str = ""
+    """Topic of px4_msgs/ObstacleDistance, in place of clouds."""
+    fan_deg: float = Field(default=0.0, ge=0.0, le=90.0)
+    """How far up and down its sectors tell the nearest distance."""
+    replaces_offboard: bool = False
+    """Whether the mode is flown where a pilot chooses Offboard."""
+
+
 class NodeParameters(ParameterSection):
     """All of them."""
 
@@ -85,7 +104,9 @@ class NodeParameters(ParameterSection):
     traffic: tuple[TrafficParameters, ...] = Field(default=(), strict=False)
     set_points: tuple[SetPointParameters, ...] = Field(default=(), strict=False)
     guard: GuardParameters = GuardParameters()
-    """Of `clearway guard` alone."""
+    """Of `clearway guard` and `clearway px4 --guard` alone."""
+    px4: Px4Parameters = Px4Parameters()
+    """Of `clearway px4` alone."""
     goal: str = "goal_pose"
     """Topic of a geometry_msgs/PoseStamped: a goal in place of the mission."""
     path: str = "path_in"

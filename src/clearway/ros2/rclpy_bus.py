@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
-from clearway.ros2.bus import Quality, TopicMessage
+from clearway.ros2.bus import MissingMessageError, Quality, TopicMessage, wire_kind
 
 
 def rclpy_is_there() -> bool:
@@ -63,6 +63,10 @@ class RclpyBus:
     def publishers(self, topic: str) -> int:
         return int(self._node.count_publishers(topic))
 
+    def why_unheard(self, topic: str) -> str:
+        del topic
+        return ""
+
     def wait(self, seconds: float) -> None:
         self._rclpy.spin_once(self._node, timeout_sec=max(0.0, seconds))
 
@@ -84,5 +88,11 @@ class RclpyBus:
 
 
 def _type(kind: str) -> Any:
-    package, _, name = kind.replace("/msg/", "/").partition("/")
-    return getattr(import_module(f"{package}.msg"), name)
+    package, _, name = wire_kind(kind).replace("/msg/", "/").partition("/")
+    try:
+        return getattr(import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError) as cause:
+        raise MissingMessageError(
+            "--backend rclpy", f"this ROS has no {package}/msg/{name}: install {package}, or "
+            "source the workspace that builds it, or use --backend dds, which needs none"
+        ) from cause  # fmt: skip

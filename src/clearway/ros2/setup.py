@@ -29,6 +29,7 @@ from clearway.ros2.ros2_link import Ros2Link
 from clearway.sensors import Lidar
 
 L = TypeVar("L", bound=Link)
+LidarsOf = Callable[[MissionFile, FlightSetup], dict[str, Lidar]]
 CMD_VEL = (SetPointParameters(topic="cmd_vel", type="Twist"),)
 """What a guardian publishes where nothing else is said."""
 
@@ -42,13 +43,15 @@ class NodeSetup:
     lidars: dict[str, Lidar]
 
     @classmethod
-    def of(cls, parameters: NodeParameters, notice: Notice) -> NodeSetup:
-        """Raises InputError for what cannot be used."""
+    def of(
+        cls, parameters: NodeParameters, notice: Notice, lidars_of: LidarsOf | None = None
+    ) -> NodeSetup:
+        """Raises InputError for what cannot be used; lidars_of: sensors in place of clouds."""
         file = read_mission_file(str(parameters.mission), notice)
         flight = prepare(file, notice)
         for note in (*flight.notes, *buffer_warnings()):
             notice(note)
-        lidars = _lidars(flight, parameters)
+        lidars = lidars_of(file, flight) if lidars_of else _lidars(flight, parameters)
         flight = replace(flight, sensors=tuple(lidars.values()))
         flight.refuse_coarse_beams()
         return cls(file, flight, lidars)
@@ -76,13 +79,13 @@ def set_up_ros2(
         notice("guard: is for `clearway guard`, left aside here")
     system = setup.flight.system()
     notice(str(system.escape))
-    terms = _terms(setup, parameters)
+    terms = session_terms(setup, parameters)
     session = Session(system, setup.sensor, terms, Counter())
 
     def link_on(bus: TopicBus) -> Ros2Link:
         return Ros2Link(bus, session, parameters, names, setup.lidars, setup.origin)
 
-    link = _opened(open_bus, link_on, parameters, notice)
+    link = opened_link(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
@@ -99,17 +102,17 @@ def set_up_ros2_guard(
     guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)
     notice(guardian.braking)
     notice(str(guardian.escape))
-    terms = looking_past(_terms(setup, parameters))
+    terms = looking_past(session_terms(setup, parameters))
     session = GuardSession(guardian, setup.sensor, terms, Counter(), wish_s=given.timeout_s)
 
     def link_on(bus: TopicBus) -> GuardLink:
         return GuardLink(bus, session, parameters, names, setup.lidars, setup.origin)
 
-    link = _opened(open_bus, link_on, parameters, notice)
+    link = opened_link(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
-def _opened(
+def opened_link(
     open_bus: Callable[[], TopicBus],
     link_on: Callable[[TopicBus], L],
     parameters: NodeParameters,
@@ -137,7 +140,8 @@ def _lidars(setup: FlightSetup, parameters: NodeParameters) -> dict[str, Lidar]:
     return {name: known[name] for name in known if name in parameters.clouds}
 
 
-def _terms(node: NodeSetup, parameters: NodeParameters) -> SessionTerms:
+def session_terms(node: NodeSetup, parameters: NodeParameters) -> SessionTerms:
+    """How a node's session is run."""
     file, setup = node.file, node.flight
     reach, settings = setup.planner.grid.range_m, setup.planner.settings
     return SessionTerms(

@@ -2,55 +2,50 @@
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.link.aircraft import AircraftReport
-from clearway.live.link.hearing import Hearing
-from clearway.live.link.link_state import LinkState
-from clearway.live.link.outcome import TickOutcome
-from clearway.live.link.set_point import SetPoint
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
 from clearway.ros2.aircraft import aircraft_in_frame, read_ros2_aircraft
-from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality, TopicBus, TopicMessage
+from clearway.ros2.bus import (
+    SENSOR,
+    STATIC_TF,
+    MissingMessageError,
+    Quality,
+    TopicBus,
+    TopicMessage,
+    wire_kind,
+)
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
-from clearway.ros2.kernel import dropped_datagrams
-from clearway.ros2.kinds import SET_POINT_KINDS, TRAFFIC_KINDS, Heard, base_of
+from clearway.ros2.kinds import TRAFFIC_KINDS, Heard
 from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import (
     CloudParameters,
     Names,
     NodeParameters,
-    SetPointParameters,
 )
-from clearway.ros2.placed_clouds import EMPTY, WRONG_FRAMES, PlacedClouds
+from clearway.ros2.placed_clouds import EMPTY, PlacedClouds
+from clearway.ros2.topic_teller import S, TopicTeller
 from clearway.ros2.transforms import HERE, Transforms, transform_of
 from clearway.sensors import Lidar
 
-S = TypeVar("S", bound=Hearing)
 FLYING = VehicleStatus(armed=True, follows=True, airborne=True)
 """Nothing in ROS says so for every vehicle: whoever starts the node with `act` does."""
 TF = "tf2_msgs/msg/TFMessage"
-DIAGNOSED_S = 1.0
 
 MALFORMED, UNUSABLE = "malformed", "values that cannot be used"
-DIAGNOSTICS = ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", USUAL)
 
 
-class TopicLink(Generic[S]):
+class TopicLink(TopicTeller[S]):
     """What every node of ours is on topics: the half of a `live.link.outcome.Link` that hears."""
-
-    told_always: tuple[tuple[str, str, Quality], ...] = ()
-    """Topics that are published whatever the parameters say."""
 
     def __init__(
         self,
@@ -61,24 +56,18 @@ class TopicLink(Generic[S]):
         lidars: Mapping[str, Lidar],
         origin: FloatArray | None,
     ) -> None:
-        self.bus, self.session, self.parameters = bus, session, parameters
-        self.counts: Counter[str] = session.counts
+        super().__init__(bus, session, parameters, names)
+        self._origin = origin
         self.transforms = Transforms(self.counts)
-        self.topics: dict[str, HeardTopic] = {}
-        self.published: Counter[str] = Counter()
-        self.names, self._origin = names, origin
         self._own = OwnPlaceHeard(
             self.transforms, parameters.map_frame, parameters.base_frame, self.counts
         )
         self._clouds = PlacedClouds(self.transforms, parameters.base_frame, lidars)
         self._by_topic: dict[str, Heard] = {}
-        self._said: set[str] = set()
-        self._diagnosed_s = -math.inf
-        self._dropped_before = dropped_datagrams() or 0
         for heard in self._all_heard():
             self._by_topic[heard.topic] = heard
-            self.topics[heard.topic] = HeardTopic(heard.kind, heard.needed)
-            bus.subscribe(heard.topic, heard.kind, heard.quality)
+            self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)
+            self._subscribe(heard)
         self._advertise()
         kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
         for kind in kinds:
@@ -88,18 +77,24 @@ class TopicLink(Generic[S]):
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
 
+    def _subscribe(self, heard: Heard) -> None:
+        """Messages that nothing depends on may be missing."""
+        try:
+            self.bus.subscribe(heard.topic, heard.kind, heard.quality)
+        except MissingMessageError as missing:
+            if heard.needed:
+                raise
+            self._unheard.append(f"{heard.topic}: not heard, {missing}")
+            self.counts[self._unheard[-1]] += 1
+
     def _all_heard(self) -> list[Heard]:
         names, given = self.names, self.parameters
-        own_package = "nav_msgs" if given.own.type == "Odometry" else "geometry_msgs"
         found = [
             Heard("/tf", TF, Quality(depth=100), self._take_tf),
             Heard("/tf_static", TF, STATIC_TF, self._take_static),
-            Heard(
-                names(given.own.topic), f"{own_package}/msg/{given.own.type}", SENSOR,
-                self._take_own, True,
-            ),
-        ]  # fmt: skip
-        found += self.more_heard()
+            *self.own_heard(),
+            *self.more_heard(),
+        ]
         if given.use_sim_time:
             kind, needed = "rosgraph_msgs/msg/Clock", not self.bus.recorded
             found.append(Heard("/clock", kind, SENSOR, self._take_clock, needed))
@@ -113,20 +108,16 @@ class TopicLink(Generic[S]):
             found.append(Heard(names(one.topic), TRAFFIC_KINDS[one.type], SENSOR, take))
         return found
 
+    def own_heard(self) -> list[Heard]:
+        """Topics that tell where the vehicle is, and what it does."""
+        own = self.parameters.own
+        package = "nav_msgs" if own.type == "Odometry" else "geometry_msgs"
+        kind = f"{package}/msg/{own.type}"
+        return [Heard(self.names(own.topic), kind, SENSOR, self._take_own, True)]
+
     def more_heard(self) -> list[Heard]:
         """Topics of one kind of node alone."""
         return []
-
-    def _advertise(self) -> None:
-        for name, kind, quality in self._told():
-            self.bus.advertise(self.names(name), kind, quality)
-
-    def _told(self) -> list[tuple[str, str, Quality]]:
-        """Topics, kinds and qualities of what is published."""
-        given = self.parameters
-        told = [*self.told_always, DIAGNOSTICS]
-        set_points = given.set_points if given.act else ()
-        return told + [(one.topic, SET_POINT_KINDS[one.type], USUAL) for one in set_points]
 
     # --- in -------------------------------------------------------------------------------
 
@@ -243,86 +234,3 @@ class TopicLink(Generic[S]):
         found = transform_of(pose.pose.position, told.turned(0.0))
         there = HERE if frame == within else self.transforms.of(frame, within, now_s)
         return None if found is None or there is None else found.then(there).position_m
-
-    # --- out ------------------------------------------------------------------------------
-
-    def diagnose(self, outcome: TickOutcome, wall_s: float, words: str = "") -> None:
-        """Once a second: the state of the link, and every topic."""
-        if wall_s - self._diagnosed_s < DIAGNOSED_S:
-            return
-        self._diagnosed_s = wall_s
-        values: dict[str, object] = {
-            topic: heard.words("", self.bus.publishers(topic)).removeprefix(" ")
-            for topic, heard in self.topics.items()
-            if heard.needed or heard.messages
-        }
-        dropped = self.dropped
-        if dropped:
-            values["datagrams dropped by the kernel"] = dropped
-        values |= {f"{topic}: lost on the way": n for topic, n in self.bus.lost.items()}
-        values |= dict(self.session.left_out.most_common(20))
-        level = told.OK if outcome.state in (LinkState.FLYING, LinkState.ARRIVED) else told.WARN
-        lost = (LinkState.POSITION_LOST, LinkState.SENSOR_LOST, LinkState.LINK_LOST)
-        level = told.ERROR if outcome.state in lost else level
-        more = outcome.why_state or words
-        words = f"{outcome.state}{': ' if more else ''}{more}"
-        now = self.session.clock.now(wall_s)
-        self.publish("/diagnostics", told.diagnostics("clearway", level, words, values, now))
-
-    def set_point_message(self, one: SetPointParameters, point: SetPoint, time_s: float) -> Any:
-        """A set-point as the message of a topic; of velocity alone, drawn to its place."""
-        given, motion = self.parameters, self.session.motion
-        if one.type not in ("Twist", "TwistStamped") or motion is None:
-            return told.make_set_point_message(one.type, point, time_s, given.map_frame)
-        place, heading = motion.position_m, motion.heading_rad
-        velocity, rate = point.as_velocity(place, heading, self.session.speed_mps)
-        return self.velocity_message(one, velocity, rate, time_s)
-
-    def velocity_message(
-        self, one: SetPointParameters, velocity_mps: FloatArray, rate_rps: float, time_s: float
-    ) -> Any:
-        """A Twist, in the body as it points now, or in the map."""
-        given, motion = self.parameters, self.session.motion
-        base = base_of(one, given)
-        yaw = None if base is None or motion is None else motion.heading_rad
-        frame = base or given.map_frame
-        return told.twist_message(one.type, velocity_mps, rate_rps, time_s, frame, yaw)
-
-    def publish(self, name: str, message: Any) -> None:
-        """A message, or one in CDR as it came, on a topic by its name in the parameters."""
-        topic = self.names(name)
-        raw = message if isinstance(message, bytes) else pack_message(message)
-        if self.bus.publish(topic, raw):
-            self.published[topic] += 1
-        else:
-            self.counts[f"{topic}: could not be sent"] += 1
-
-    def news(self) -> list[str]:
-        """Reasons for which something was left out for the first time."""
-        fresh = [reason for reason in self.counts if reason not in self._said]
-        self._said.update(fresh)
-        return fresh
-
-    @property
-    def dropped(self) -> int:
-        """Datagrams that the kernel dropped for full buffers since we began, of all programs."""
-        return (dropped_datagrams() or 0) - self._dropped_before
-
-    def missing(self) -> list[str]:
-        """What is needed and does not come, or cannot be used."""
-        found = [
-            heard.words(topic, self.bus.publishers(topic))
-            for topic, heard in self.topics.items()
-            if heard.needed and heard.messages == heard.refused
-        ]
-        return found + [
-            f"{number} x {reason}"
-            for reason, number in self.counts.items()
-            if reason in WRONG_FRAMES
-        ]
-
-    def wait(self, seconds: float) -> None:
-        self.bus.wait(seconds)
-
-    def close(self) -> None:
-        self.bus.close()

@@ -135,6 +135,10 @@ class Guardian:
         """As `AvoidanceSystem.begin_at`."""
         self._known.sensing.begin_at(place_m)
 
+    def forget_free_space(self) -> None:
+        """Count nothing as seen to be free any more: the own position has jumped."""
+        self._known.sensing.forget_free_space()
+
     @property
     def floor_m(self) -> float:
         """Height of the world that nothing leads below."""

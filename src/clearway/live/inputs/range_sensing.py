@@ -180,6 +180,11 @@ class RangeSensing:
         for _, memory in self._believed_memories():
             free.withdraw_start(*memory.near(*free.start))
 
+    def forget_free_space(self) -> None:
+        """Count nothing as seen to be free any more; what was seen to stand there stays."""
+        if self.free_space is not None:
+            self.free_space.forget()
+
     def _follow(self, lidar: Lidar, scan: Scan, state: State) -> None:
         """Find what moves, and leave no ghost of it behind."""
         if self._following is None:

@@ -66,6 +66,7 @@ class Fed(Protocol):
     def floor_m(self, height_m: float) -> None: ...
 
     def begin_at(self, place_m: FloatArray) -> None: ...
+    def forget_free_space(self) -> None: ...
     def update(self, reading: Reading) -> None: ...
 
 
@@ -163,6 +164,10 @@ class Hearing(ABC):
         if self.planner.automaton.has_inertia:
             return replace(motion.state(COURSE_MPS), velocity_mps=motion.velocity_mps)
         return motion.state(SLOWEST * self.speed_mps)
+
+    def forget_free_space(self) -> None:
+        """The own position has jumped, or the frame that it is told in."""
+        self._sink.forget_free_space()
 
     def hear_scan(self, told_s: float | None, scan_at: ScanMaker, wall_s: float) -> None:
         """A scan, to be made for the own state of its time; told_s: None where nothing is told."""
