@@ -295,7 +295,7 @@ class SafetySection(Section):
 
     @model_validator(mode="after")
     def _budget_is_of_strict(self) -> Self:
-        if self.unobserved_m > 0.0 and self.escape != Escape.STRICT:
+        if self.unobserved_m > 0.0 and self.escape != "strict":
             raise ValueError(
                 f'unobserved_m: {self.unobserved_m:g} m soften escape = "strict", and '
                 f'"{self.escape}" is asked for; leave one of the two out'

@@ -59,10 +59,9 @@ def chain_keeps(
     chain = chain_for(len(movements), legs, terms.shapes)
     if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return False
-    most = terms.unobserved_m
-    if terms.must_see:
-        if chain_unseen_m(movements, legs, terms.unseen_m, terms, chain, most) > most:
-            return False
+    about = (movements, legs, terms.unseen_m, terms, chain, terms.unobserved_m)
+    if terms.must_see and chain_unseen_m(*about) > terms.unobserved_m:
+        return False
     return chain_keeps_margin(movements, legs, terms, chain)
 
 

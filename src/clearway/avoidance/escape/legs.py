@@ -192,7 +192,7 @@ def _half_way(corners: Floats2, s: int, step: int) -> float:
     dx = corners[s + step, 0] - corners[s, 0]
     dy = corners[s + step, 1] - corners[s, 1]
     dz = corners[s + step, 2] - corners[s, 2]
-    return 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz)
+    return float(0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
 
 
 @compiled
@@ -206,9 +206,9 @@ def leg_keeps(
 ) -> bool:
     """Whether a movement from a pose [4] is safe: all of it through seen space, with the margin."""
     times, room, unseen = (start_s, end_s), leg_room(len(path), terms.shapes), terms.unseen_m
-    if terms.must_see:
-        if leg_unseen_m(pose, path, sagitta, times, unseen, terms, room, 0.0) > 0.0:
-            return False
+    about = (pose, path, sagitta, times, unseen, terms, room)
+    if terms.must_see and leg_unseen_m(*about, 0.0) > 0.0:
+        return False
     return leg_keeps_margin(pose, path, sagitta, times, terms, room)
 
 

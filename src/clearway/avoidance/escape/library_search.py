@@ -97,8 +97,8 @@ class WayOutSearch:
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
         ways, loops, tips = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
-        for held_to in _strict_first(terms):
-            about = (attitude, pose, start_s, held_to, from_unseen_m, self.near, self.wide)
+        for held_to, keeps_m in _strict_first(terms, from_unseen_m):
+            about = (attitude, pose, start_s, held_to, keeps_m, self.near, self.wide)
             escape, room_m, kept_m = first_escape(ways, legs, loops, tips, *about)
             if escape >= 0:
                 break
@@ -178,12 +178,15 @@ def world_from_level(yaw_rad: float) -> FloatArray:
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
-    """Return what escapes are held to, one after the other: nothing is spent of a budget where one
-    is all seen."""
+def _strict_first(
+    terms: EscapeTerms, from_unseen_m: FloatArray
+) -> tuple[tuple[EscapeTerms, FloatArray], ...]:
+    """Return what escapes are held to one after the other, with distances from the unseen: nothing
+    is spent of a budget where one is all seen, and where it is, the body's distance will do."""
     if not (terms.must_see and terms.unobserved_m > 0.0):
-        return (terms,)
-    return terms._replace(unobserved_m=0.0, unseen_places=0), terms
+        return ((terms, from_unseen_m),)
+    all_seen = terms._replace(unobserved_m=0.0, unseen_places=0)
+    return (all_seen, from_unseen_m), (terms, from_unseen_m[-1:])
 
 
 def _unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:

@@ -109,9 +109,9 @@ def first_escape(
         return best, best_room, kept  # All begin here.
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
-        if terms.must_see and terms.unseen_places == 0:
-            if not _is_clear(begun.placed[0], unseen, terms):
-                continue  # All begin here.
+        all_seen = terms.must_see and terms.unseen_places == 0
+        if all_seen and not _is_clear(begun.placed[0], unseen, terms):
+            continue  # All begin here.
         seen[0] = KEEPS
         begun.missing[:] = 0
         following = 0
@@ -285,6 +285,7 @@ def _first_loop_seen(
     space, begins = terms.seen, ways.begins
     begin, e = begins[escape], escape
     in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
+    most = begun.most_missing - begun.missing[begin]
     if in_cells and begun.posed[begin] == UNKNOWN:
         put(begin, ways, legs, begun)
     placed, pose, start_s = begun.placed[begin], begun.poses[begin], begun.times_s[begin]
@@ -295,7 +296,7 @@ def _first_loop_seen(
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             if met[e] == UNKNOWN:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
-                missing = terms.unseen_places
+                missing = most
                 for n in range(first, last if space.window[14] == 0.0 else first):
                     ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
                     east = x + cosine * ahead - sine * left + wind[0] * when
@@ -313,7 +314,7 @@ def _first_loop_seen(
             ):
                 cleared[e] = FAILS
             elif met[e] == KEEPS and places_were_seen(
-                places, first, last, placed, wind, NEARLY * unseen, terms.unseen_places, space
+                places, first, last, placed, wind, NEARLY * unseen, most, space
             ):
                 return e
         e += 1

@@ -133,7 +133,7 @@ def first_wide(
         cosine, sine = per_m * placed[begin, 3], per_m * placed[begin, 4]
         while e < escapes and np.uint64(begins[e]) == begin:
             if met[e] != FAILS and cleared[e] != FAILS:
-                spare, loop = most, np.uint32(loops[e])
+                spare, loop = most - missing[begin], np.uint32(loops[e])
                 for at in range(loop_at[loop], loop_at[loop + np.uint32(1)]):
                     n = np.uint64(at)
                     ahead, left, when = places[n, 0], places[n, 1], per_m * places[n, 3]

@@ -1,0 +1,66 @@
+"""How direct the flights of a campaign were: arrivals by a way not much longer than the straight one.
+
+A row a cell of the campaign, which is a family flown by a planner or a variant of one, then a row a
+planner for all of its cells together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.base.intervals import exact_share
+from clearway.studies.campaigns.row import FlightRow
+
+LONGEST = 1.5
+"""Times the straight way through the waypoints: what is no longer counts as direct. The shortest
+way past the obstacles is longer than that, so that this asks for more than 1.5 times the shortest."""
+HEAD = (
+    "family", "planner", "flights", "arrived", "direct", "contact", "margin lost", "path",
+)  # fmt: skip
+
+
+def is_direct(row: FlightRow) -> bool:
+    """Whether a flight arrived by a direct way."""
+    path_m, straight_m = row.path_m, row.straight_m
+    if not row.reached or path_m is None or straight_m is None:
+        return False
+    return path_m <= LONGEST * straight_m
+
+
+def direct_cells(rows: Sequence[FlightRow]) -> list[tuple[str, ...]]:
+    """Return the lines of a table with HEAD: counts with exact 95 % intervals, and the median of
+    path by straight way over flights that arrived."""
+    groups: dict[tuple[str, str], list[FlightRow]] = {}
+    for row in rows:
+        groups.setdefault((row.label, row.planner), []).append(row)
+    for row in rows:
+        groups.setdefault(("all", row.planner), []).append(row)
+    return [
+        (
+            label,
+            planner,
+            str(len(group)),
+            _share(sum(row.reached for row in group), len(group)),
+            _share(sum(map(is_direct, group)), len(group)),
+            _share(sum(row.touched for row in group), len(group)),
+            _share(sum(row.lost_margin for row in group), len(group)),
+            _median_path(group),
+        )
+        for (label, planner), group in groups.items()
+    ]
+
+
+def _share(number: int, flights: int) -> str:
+    low, high = exact_share(number, flights)
+    return f"{number} ({100.0 * low:.1f}-{100.0 * high:.1f} %)"
+
+
+def _median_path(group: Sequence[FlightRow]) -> str:
+    paths = [
+        row.path_m / row.straight_m
+        for row in group
+        if row.reached and row.path_m is not None and row.straight_m
+    ]
+    return f"{np.median(paths):.2f}" if paths else "-"
