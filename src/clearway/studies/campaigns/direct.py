@@ -1,4 +1,4 @@
-"""How direct the flights of a campaign were: arrivals by a way not much longer than the straight one.
+"""How direct the flights of a campaign were: arrivals by little more than the straight way.
 
 A row a cell of the campaign, which is a family flown by a planner or a variant of one, then a row a
 planner for all of its cells together.
@@ -15,7 +15,7 @@ from clearway.studies.campaigns.row import FlightRow
 
 LONGEST = 1.5
 """Times the straight way through the waypoints: what is no longer counts as direct. The shortest
-way past the obstacles is longer than that, so that this asks for more than 1.5 times the shortest."""
+way past obstacles is longer than the straight one, so this asks for more than 1.5 times that."""
 HEAD = (
     "family", "planner", "flights", "arrived", "direct", "contact", "margin lost", "path",
 )  # fmt: skip
