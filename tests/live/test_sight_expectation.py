@@ -71,7 +71,7 @@ def test_each_thing_that_would_help_is_told_until_it_is_there() -> None:
     assert wide is not None
     assert spends is not None
     circle_m = float(re.search(r"a circle of ([\d.]+) m", few)[1])  # type: ignore[index]
-    assert f"{FAR * circle_m:.2g} m of range and a field 180 degrees wide and safety.un" in few
+    assert f"{FAR * circle_m:.2g} m of range, a field 180 degrees wide and safety.un" in few
     assert "m of range" not in wide
     assert "a field" not in wide
     assert "safety.unobserved_m = 3.8" in wide

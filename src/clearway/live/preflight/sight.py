@@ -72,7 +72,9 @@ def _cures(planner: Planner, range_m: float, circle_m: float, width_deg: float) 
     if settings.unobserved_m == 0.0:
         helps.append(f"safety.unobserved_m = {_short(automaton.room_to_turn_m)}")
     if helps:
-        sentences.append(f"{' and '.join(helps)} would help")
+        *before, last = helps
+        listed = f"{', '.join(before)} and {last}" if before else last
+        sentences.append(f"{listed} would help")
     told = "; ".join(sentences) or "slower flight would help"
     return told[0].upper() + told[1:]
 

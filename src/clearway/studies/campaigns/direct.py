@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.base.intervals import exact_share
 from clearway.studies.campaigns.row import FlightRow
+from clearway.studies.campaigns.totals import ALL, share_in_words
 
 LONGEST = 1.5
 """Times the straight way through the waypoints: what is no longer counts as direct. The shortest
@@ -33,28 +33,24 @@ def direct_cells(rows: Sequence[FlightRow]) -> list[tuple[str, ...]]:
     """Return the lines of a table with HEAD: counts with exact 95 % intervals, and the median of
     path by straight way over flights that arrived."""
     groups: dict[tuple[str, str], list[FlightRow]] = {}
-    for row in rows:
+    told = [row for row in rows if not row.hidden]
+    for row in told:
         groups.setdefault((row.label, row.planner), []).append(row)
-    for row in rows:
-        groups.setdefault(("all", row.planner), []).append(row)
+    for row in told:
+        groups.setdefault((ALL, row.planner), []).append(row)
     return [
         (
             label,
             planner,
             str(len(group)),
-            _share(sum(row.reached for row in group), len(group)),
-            _share(sum(map(is_direct, group)), len(group)),
-            _share(sum(row.touched for row in group), len(group)),
-            _share(sum(row.lost_margin for row in group), len(group)),
+            share_in_words(sum(row.reached for row in group), len(group)),
+            share_in_words(sum(map(is_direct, group)), len(group)),
+            share_in_words(sum(row.touched for row in group), len(group)),
+            share_in_words(sum(row.lost_margin for row in group), len(group)),
             _median_path(group),
         )
         for (label, planner), group in groups.items()
     ]
-
-
-def _share(number: int, flights: int) -> str:
-    low, high = exact_share(number, flights)
-    return f"{number} ({100.0 * low:.1f}-{100.0 * high:.1f} %)"
 
 
 def _median_path(group: Sequence[FlightRow]) -> str:
