@@ -84,6 +84,16 @@ def test_who_brakes_is_refused() -> None:
         prepare(file)
 
 
+def test_what_sees_too_little_for_a_budget_flies_as_known() -> None:
+    """As with strict; of the budget nothing is left."""
+    file = read_mission_file("static-obstacles").changed("safety", unobserved_m=4.0)
+    setup = prepare(file.changed("lidar", max_range_m=2.0))
+    system = setup.system()
+    assert (system.escape.asked, system.escape.flown) == ("budgeted", "known")
+    assert system.planner.settings.escape == "known"
+    assert system.planner.settings.unobserved_m == 0.0
+
+
 def test_a_guardian_passes_it_through() -> None:
     setup = prepare(read_mission_file("static-obstacles").changed("safety", unobserved_m=4.0))
     guardian = setup.guardian(0.5, None)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from clearway.studies.campaigns.direct import HEAD, direct_cells, is_direct
+from clearway.studies.campaigns.direct import DIRECT_HEAD, direct_cells, is_direct
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.pages import write_pages
 from clearway.studies.campaigns.row import FlightRow
@@ -33,7 +33,7 @@ def test_a_table_has_a_row_a_cell_and_one_for_all(tmp_path) -> None:
         replace(ROW, key="walls/a/1", seed=1, path_m=180.0),
         replace(ROW, key="forest/a/0", label="forest", touched=True, outcome="margin lost"),
     ]
-    table = {cells[:2]: dict(zip(HEAD, cells, strict=True)) for cells in direct_cells(rows)}
+    table = {cells[:2]: dict(zip(DIRECT_HEAD, cells, strict=True)) for cells in direct_cells(rows)}
     assert list(table) == [("walls", "a"), ("forest", "a"), ("all", "a")]
     walls, everything = table["walls", "a"], table["all", "a"]
     assert (walls["flights"], walls["path"]) == ("2", "2.25")

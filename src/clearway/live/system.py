@@ -16,7 +16,7 @@ import numpy.typing as npt
 from clearway.avoidance.choose.candidates import STANDING_IS_WANTED
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import BY_SIGHT, Escape
 from clearway.avoidance.plan.planner import Planner, prepare_next
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
@@ -32,7 +32,7 @@ from clearway.live.outputs.alerting import TrafficPicture, traffic_picture
 from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
-from clearway.live.preflight.escape_plan import INSISTING, escape_plan
+from clearway.live.preflight.escape_plan import escape_plan
 from clearway.live.recovery.dead_end import kept_up, out_of_dead_end
 from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
@@ -87,7 +87,7 @@ class AvoidanceSystem:
         self._plan = Plan(planner.automaton)
         self._alerts = Alerts()
         self._mode: ModeState | None = None
-        promised = self.escape.within if self.escape.flown in INSISTING else None
+        promised = self.escape.within if self.escape.flown in BY_SIGHT else None
         self._alarm_watch = AlarmWatch(planner, tuple(lidars), promised)
         self._watch = PlanWatch(planner, self._known)
         self._told: dict[str, int] = {}
@@ -219,7 +219,7 @@ class AvoidanceSystem:
 
     def _blind_s(self, now: float) -> float | None:
         """For how long no sensor has told anything, where ways out rest on what they tell."""
-        rests = self.escape.flown in (*INSISTING, Escape.KNOWN)
+        rests = self.escape.flown in (*BY_SIGHT, Escape.KNOWN)
         return self._known.blind_s(now) if rests else None
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:

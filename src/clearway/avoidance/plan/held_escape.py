@@ -42,7 +42,9 @@ class Escape(StrEnum):
     """None is asked for."""
 
 
-SEES = (Escape.STRICT, Escape.BUDGETED, Escape.MAPPED)
+BY_SIGHT = (Escape.STRICT, Escape.BUDGETED)
+"""Escapes that rest on what sensors see alone."""
+SEES = (*BY_SIGHT, Escape.MAPPED)
 """Escapes that lead through what was seen to be free, but for what the last two allow."""
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from clearway.avoidance.escape.terms import in_wind_s
 from clearway.avoidance.plan.costs import price_of
-from clearway.avoidance.plan.held_escape import SEES, Escape
+from clearway.avoidance.plan.held_escape import BY_SIGHT, SEES, Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -52,8 +52,6 @@ LEVEL = (
     "the sensor shows one level plane; where whatever stands reaches through all heights flown at, "
     "set safety.obstacles_span_m = [lowest, highest]"
 )
-INSISTING = (Escape.STRICT, Escape.BUDGETED)
-"""Escapes that rest on what sensors see alone."""
 BUDGETED = (
     "every decision keeps a way out through space seen to be free, or where there is none, one of "
     "which at most {:g} m lead through unobserved space: no guarantee, the measured risk stands in "
@@ -89,7 +87,7 @@ class EscapePlan:
             if margin_m != settings.safety_margin_m:
                 settings = replace(settings, safety_margin_m=margin_m)
         if self.flown != settings.escape:
-            settings = replace(settings, escape=self.flown)
+            settings = replace(settings, escape=self.flown, unobserved_m=0.0)
         if start_free_m is not None:
             settings = replace(settings, start_free_m=start_free_m)
         return planner if settings is planner.settings else replace(planner, settings=settings)
@@ -130,7 +128,7 @@ def escape_plan(
         plan = replace(plan, why=f"{plan.why}; {COLUMNS.format(*span_m)}")
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     doubts += over_false_returns(sensors)
-    if start is not None and plan.flown in INSISTING:
+    if start is not None and plan.flown in BY_SIGHT:
         doubts += over_unsure(planner, start)
     return replace(plan, why=plan.why + doubts) if doubts else plan
 
@@ -300,7 +298,7 @@ def _past_blind(
         needed_m = _start_ball_of(wider, library, sensors, start)
         wider = with_start_ball(planner, needed_m)
     plan = _escape_plan(wider, sensors, start)
-    if plan.flown not in INSISTING or needed_m > most_m:
+    if plan.flown not in BY_SIGHT or needed_m > most_m:
         return None
     if declared_m is not None:
         why = f"sensors are blind near the start; start_free_m = {needed_m:.3g} would do; {UNSURE}"

@@ -10,11 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import BY_SIGHT
 from clearway.avoidance.plan.planner import Planner
 from clearway.sensors import AnySensor, Lidar
 
-INSISTING = (Escape.STRICT, Escape.BUDGETED)
 NARROW_M = 6.0
 """Circle of a turn that the gaps of most ordinary places hold."""
 FAR = 1.9
@@ -35,7 +34,7 @@ def expect_of_sight(planner: Planner, sensors: Sequence[AnySensor]) -> str | Non
     lidars = [one for one in sensors if isinstance(one, Lidar)]
     radius_m, settings = planner.automaton.room_to_turn_m, planner.settings
     turns = 0.0 < radius_m < np.inf and not planner.automaton.can_stop
-    if not (turns and lidars and settings.escape in INSISTING):
+    if not (turns and lidars and settings.escape in BY_SIGHT):
         return None
     best = max(lidars, key=lambda one: one.clears_to_m)
     range_m, width_deg = min(best.clears_to_m, planner.grid.range_m), field_deg(best)

@@ -16,7 +16,7 @@ from clearway.studies.campaigns.totals import ALL, share_in_words
 LONGEST = 1.5
 """Times the straight way through the waypoints: what is no longer counts as direct. The shortest
 way past obstacles is longer than the straight one, so this asks for more than 1.5 times that."""
-HEAD = (
+DIRECT_HEAD = (
     "family", "planner", "flights", "arrived", "direct", "contact", "margin lost", "path",
 )  # fmt: skip
 
@@ -30,8 +30,11 @@ def is_direct(row: FlightRow) -> bool:
 
 
 def direct_cells(rows: Sequence[FlightRow]) -> list[tuple[str, ...]]:
-    """Return the lines of a table with HEAD: counts with exact 95 % intervals, and the median of
-    path by straight way over flights that arrived."""
+    """Return the lines of a table with DIRECT_HEAD.
+
+    Counts have exact 95 % intervals; the path is the median of path by straight way over flights
+    that arrived.
+    """
     groups: dict[tuple[str, str], list[FlightRow]] = {}
     told = [row for row in rows if not row.hidden]
     for row in told:

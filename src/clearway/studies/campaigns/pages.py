@@ -13,8 +13,7 @@ from clearway.base.intervals import Interval
 from clearway.io.staging import staged_file
 from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
 from clearway.sim.baselines.notes import not_known, shared
-from clearway.studies.campaigns.direct import HEAD as DIRECT_HEAD
-from clearway.studies.campaigns.direct import direct_cells
+from clearway.studies.campaigns.direct import DIRECT_HEAD, direct_cells
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
