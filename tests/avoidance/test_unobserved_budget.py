@@ -202,6 +202,41 @@ def test_what_was_seen_to_stand_is_never_crossed(ways, seed: int) -> None:
     assert met
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("share", [0.0, 0.25])
+def test_the_body_touches_nothing_known_where_little_of_the_margin_is_kept(
+    ways, seed: int, share: float
+) -> None:
+    """About what was hit nothing is seen to be free: a budget does not lead into that."""
+    rng = np.random.default_rng([seed, 58])
+    legs, spent = ways.library.legs, 0
+    start = Beginning(0, np.array([0.5, 0.0, 0.0, 0.0]), 0.0, legs)
+    for _ in range(12):
+        terms = with_budget(holes(ways, rng)[0], 30.0)
+        places = rng.uniform([-9.0, -9.0, -3.0], [9.0, 9.0, 3.0], (200, 3))
+        places = places[np.linalg.norm(places, axis=1) > 1.5]
+        terms = terms._replace(
+            bins=bin_points(places, np.full(len(places), 0.05)),
+            grid_from_level=np.eye(3),
+            margin_m=share * terms.margin_m,
+            unseen_m=0.3,
+        )
+        found, _ = ways._search.first(start, terms, np.array([terms.unseen_m]))
+        if found is None or found.unobserved_m == 0.0:
+            continue
+        along_m = found.path_m - terms.origin_m
+        assert np.linalg.norm(along_m[:, None] - places, axis=2).min() - 0.05 >= 0.3 - 1e-6
+        assert found.margin_m == 0.3
+        again = ways._search.held(found, ways._search.numbers(found.begins), start, terms)
+        assert again is not None
+        assert again.margin_m == 0.3
+        near = along_m[len(along_m) // 2][None]
+        hit = terms._replace(bins=bin_points(near + np.array([0.0, 0.0, 0.2]), np.full(1, 0.05)))
+        assert ways._search.held(found, ways._search.numbers(found.begins), start, hit) is None
+        spent += 1
+    assert spent
+
+
 def test_the_first_movement_is_all_seen_whatever_the_budget(ways) -> None:
     """Only the escape behind it may spend."""
     generous = ways_of(replace(STRICT, settings=replace(

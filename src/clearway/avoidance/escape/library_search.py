@@ -97,7 +97,9 @@ class WayOutSearch:
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
         ways, loops, tips = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
-        for held_to, keeps_m in _strict_first(terms, from_unseen_m):
+        for held_to in _strict_first(terms):
+            # Where a budget is spent, the body's distance will do.
+            keeps_m = from_unseen_m[-1:] if held_to.unobserved_m > 0.0 else from_unseen_m
             about = (attitude, pose, start_s, held_to, keeps_m, self.near, self.wide)
             escape, room_m, kept_m = first_escape(ways, legs, loops, tips, *about)
             if escape >= 0:
@@ -107,7 +109,7 @@ class WayOutSearch:
         begins, loop = names_of(self.library, ways, escape)
         certain, leads = terms.must_see or not self.strict, self._path(begins + loop, at, terms)
         lasts_s = _for_s(terms)
-        found = WayOut(begins, loop, terms.margin_m, certain, room_m, lasts_s, leads=leads)
+        found = WayOut(begins, loop, held_to.margin_m, certain, room_m, lasts_s, leads=leads)
         whole = (self.numbers(begins), rounds(self.numbers(loop), legs, terms.least_s))
         return replace(found, unobserved_m=_unobserved_m(np.concatenate(whole), at, terms)), kept_m
 
@@ -121,14 +123,17 @@ class WayOutSearch:
         terms = self._lasting(terms, at.legs)
         loop = self.numbers(way.loop)
         whole = np.concatenate([begins, flown_for(loop, at.legs, terms.least_s)])
-        if not chain_keeps(whole, at.attitude, at.pose, at.start_s, at.legs, terms):
+        about = (whole, at.attitude, at.pose, at.start_s, at.legs)
+        kept = (one.margin_m for one in _strict_first(terms) if chain_keeps(*about, one))
+        margin_m = next(kept, None)
+        if margin_m is None:
             return None
         names = self.library.automaton.names
         leads = self._path((*(names[m] for m in begins), *way.loop), at, terms, skipped)
         unobserved_m = _unobserved_m(whole, at, terms)
         return replace(
             way,
-            margin_m=terms.margin_m,
+            margin_m=margin_m,
             leads=leads,
             for_s=_for_s(terms),
             unobserved_m=unobserved_m,
@@ -178,15 +183,20 @@ def world_from_level(yaw_rad: float) -> FloatArray:
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _strict_first(
-    terms: EscapeTerms, from_unseen_m: FloatArray
-) -> tuple[tuple[EscapeTerms, FloatArray], ...]:
-    """Return what escapes are held to one after the other, with distances from the unseen: nothing
-    is spent of a budget where one is all seen, and where it is, the body's distance will do."""
+def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
+    """Return what escapes are held to, one after the other: nothing is spent of a budget where one
+    is all seen."""
     if not (terms.must_see and terms.unobserved_m > 0.0):
-        return ((terms, from_unseen_m),)
-    all_seen = terms._replace(unobserved_m=0.0, unseen_places=0)
-    return (all_seen, from_unseen_m), (terms, from_unseen_m[-1:])
+        return (terms,)
+    return terms._replace(unobserved_m=0.0, unseen_places=0), clear_of_body(terms)
+
+
+def clear_of_body(terms: EscapeTerms) -> EscapeTerms:
+    """Return terms by which the body touches nothing known, however little of the margin is kept.
+
+    What was seen to be free is that far from anything that stands; what nobody has seen is not.
+    """
+    return terms._replace(margin_m=max(terms.margin_m, terms.unseen_m))
 
 
 def _unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:
