@@ -22,7 +22,6 @@ from clearway.avoidance.escape.legs import (
 from clearway.avoidance.escape.library_search import (
     Beginning,
     WayOutSearch,
-    clear_of_body,
     world_from_level,
 )
 from clearway.avoidance.escape.standoff import keeps_aloof
@@ -274,8 +273,7 @@ class WaysOut:
             spent_m = leg_unseen_m(STANDING, path, sagitta_m, (0.0, left_s), *about)
         if spent_m > terms.unobserved_m:
             return None
-        if spent_m > 0.0:
-            terms = clear_of_body(terms)._replace(unobserved_m=terms.unobserved_m - spent_m)
+        terms = terms._replace(unobserved_m=terms.unobserved_m - spent_m)
         if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms._replace(must_see=False)):
             return None
         at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)

@@ -184,19 +184,18 @@ def world_from_level(yaw_rad: float) -> FloatArray:
 
 
 def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
-    """Return what escapes are held to, one after the other: nothing is spent of a budget where one
-    is all seen."""
+    """Return what escapes are held to, one after the other.
+
+    Nothing is spent of a budget where one is all seen. Where it is, the body keeps off all that is
+    known, however little of the margin is asked for: what was seen to be free is that far from
+    anything, what nobody has seen is not. Less than that is better than nothing verified.
+    """
     if not (terms.must_see and terms.unobserved_m > 0.0):
         return (terms,)
-    return terms._replace(unobserved_m=0.0, unseen_places=0), clear_of_body(terms)
-
-
-def clear_of_body(terms: EscapeTerms) -> EscapeTerms:
-    """Return terms by which the body touches nothing known, however little of the margin is kept.
-
-    What was seen to be free is that far from anything that stands; what nobody has seen is not.
-    """
-    return terms._replace(margin_m=max(terms.margin_m, terms.unseen_m))
+    all_seen = terms._replace(unobserved_m=0.0, unseen_places=0)
+    if terms.margin_m >= terms.unseen_m:
+        return all_seen, terms
+    return all_seen, terms._replace(margin_m=terms.unseen_m), terms
 
 
 def _unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:
