@@ -29,7 +29,10 @@ WRITTEN = [
 NO_MEASUREMENT = {
     "": {"95 %": "the confidence of every interval"},
     "decisions.md": {"60 %": "share of returns that makes a cluster a moving one"},
-    "campaign.md": {"200 flights": "of a family of the file"},
+    "campaign.md": {
+        "200 flights": "of a family of the file",
+        "1.5 times": "what counts as direct",
+    },
     "encounters.md": {"99.9 %": "a target", "99 %": "a target"},
     "faults.md": {
         "90 %": "a level",
@@ -64,6 +67,7 @@ NO_MEASUREMENT = {
     "volumes.md": {
         "75 %": "by which climb rates miss the heights flown to be set aside, a setting"
     },
+    "sight.md": {"1.5 times": "what counts as direct"},
 }
 """What reads like a measurement and is none: definitions, settings, targets; by page."""
 

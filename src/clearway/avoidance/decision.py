@@ -199,6 +199,8 @@ class Decision:
             way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"
             kept = f"{way.margin_m:.2f} m clear"
             unsure = "" if way.certain else ", through what nobody has seen"
+            if way.unobserved_m > 0.0:
+                unsure = f", {way.unobserved_m:.1f} m of it through what nobody has seen"
             begins = f"{runs(way.begins)}, " if way.begins else ""
             told["way out (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
         if self.no_way_out:

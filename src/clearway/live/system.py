@@ -16,7 +16,7 @@ import numpy.typing as npt
 from clearway.avoidance.choose.candidates import STANDING_IS_WANTED
 from clearway.avoidance.decide import decide
 from clearway.avoidance.decision import Decision
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import BY_SIGHT, Escape
 from clearway.avoidance.plan.planner import Planner, prepare_next
 from clearway.avoidance.plan.situation import Situation
 from clearway.base.brief import in_brief, one_line
@@ -87,7 +87,7 @@ class AvoidanceSystem:
         self._plan = Plan(planner.automaton)
         self._alerts = Alerts()
         self._mode: ModeState | None = None
-        promised = self.escape.within if self.escape.flown == Escape.STRICT else None
+        promised = self.escape.within if self.escape.flown in BY_SIGHT else None
         self._alarm_watch = AlarmWatch(planner, tuple(lidars), promised)
         self._watch = PlanWatch(planner, self._known)
         self._told: dict[str, int] = {}
@@ -219,7 +219,7 @@ class AvoidanceSystem:
 
     def _blind_s(self, now: float) -> float | None:
         """For how long no sensor has told anything, where ways out rest on what they tell."""
-        rests = self.escape.flown in (Escape.STRICT, Escape.KNOWN)
+        rests = self.escape.flown in (*BY_SIGHT, Escape.KNOWN)
         return self._known.blind_s(now) if rests else None
 
     def _looked_at(self, situation: Situation) -> TrafficPicture | None:

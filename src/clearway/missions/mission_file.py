@@ -218,7 +218,8 @@ class MissionFile(Section):
         """How the vehicle senses, remembers and decides."""
         volumes = self.to_volumes()
         return AvoidanceSettings(
-            **values_for(AvoidanceSettings, self.rating, self.safety),
+            **values_for(AvoidanceSettings, self.rating, self.safety)
+            | {"escape": self.safety.escape_kept},
             rating=self.rating.name,
             verify=self.verify.method == "evidence",
             safety_margin_m=self.safety.margin_m,

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.checks import span_problem
 from clearway.io.choices import OneOf
@@ -263,6 +264,11 @@ class SafetySection(Section):
     known: the same while that leads on, then what is unseen is free, without guarantee; off: none
     is asked for. Where sensors see too little for strict, known is flown, what is unseen being free
     throughout, and said before take-off; see [safety.md](safety.md)."""
+    unobserved_m: NotNegative = 0.0
+    """Metres of a way out that may lead through unobserved space, of vehicles without inertia. 0
+    keeps `escape = "strict"`; more is flown under the name `budgeted`: only where no way out is all
+    seen, and never through what was seen or mapped to stand there. No guarantee holds then; its
+    measured risk is in [sight.md](sight.md)."""
     narrow: Literal["refuse", "allow"] = "refuse"
     """Places in which the vehicle cannot turn. refuse: they are entered only where a way out leads
     on through them; allow: they are flown through without one, as far as they are seen, where every
@@ -281,6 +287,20 @@ class SafetySection(Section):
     """Returns at or below this height are ground, no obstacles; a floor is then up to the map."""
     patience_turns: Positive = 1.5
     """Full circles' worth of time without progress before a detour."""
+
+    @property
+    def escape_kept(self) -> str:
+        """By the name under which it is flown."""
+        return Escape.BUDGETED if self.unobserved_m > 0.0 else self.escape
+
+    @model_validator(mode="after")
+    def _budget_is_of_strict(self) -> Self:
+        if self.unobserved_m > 0.0 and self.escape != "strict":
+            raise ValueError(
+                f'unobserved_m: {self.unobserved_m:g} m soften escape = "strict", and '
+                f'"{self.escape}" is asked for; leave one of the two out'
+            )
+        return self
 
     @model_validator(mode="after")
     def _span_is_one(self) -> Self:

@@ -18,6 +18,7 @@ from clearway.live.mission import Mission
 from clearway.live.preflight.doubts import over_level, over_reach, over_span
 from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
 from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.preflight.sight import expect_of_sight
 from clearway.live.preflight.tight_turns import over_turns
 from clearway.live.routing.route import check_mission
 from clearway.missions.mission_file import MissionFile
@@ -242,6 +243,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     lies = (part.to_lie(grid) for part in file.lidar)
     sensors = mission_sensors(file.lidar, file.sensor, grid, file.mission.name)
     held = what_beams_hold(planner, [one for one in sensors if isinstance(one, Lidar)])
+    sight = expect_of_sight(planner, sensors)
     return FlightSetup(
         planner=planner,
         craft=Craft(planner, file.vehicle.body_radius_m, turning_radius_m),
@@ -259,7 +261,8 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         + maps.notes
         + (recorded.notes if recorded is not None else ())
         + world.notes
-        + (() if held is None else (held,)),
+        + (() if held is None else (held,))
+        + (() if sight is None else (sight,)),
         place=mission_place(file, maps, recorded),
         standing=world.standing,
     )

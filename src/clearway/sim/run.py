@@ -229,6 +229,14 @@ def _guarantee(run: Run[Any]) -> bool:
     return not any(alarm["breaks_promise"] for alarm in _alarms(run))
 
 
+def _unobserved_m(run: Run[Any]) -> float | None:
+    """The most metres of unobserved space that an escape crossed; None where none may."""
+    if run.ways_out is None or run.ways_out.flown != Escape.BUDGETED:
+        return None
+    ways = [entry.flight.decision.way_out for entry in run.decisions]
+    return rounded(max((way.unobserved_m for way in ways if way is not None), default=0.0))
+
+
 def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
     """From when to when there was no way out in hand, after the first."""
     in_hand = _in_hand(run)
@@ -323,7 +331,7 @@ METRICS: Variants[Metric] = Variants(
             "Decisions in which nothing kept the margin.", lambda run: run.emergencies
         ),
         "escape_mode": Metric(
-            "Which ways out were kept in hand: strict, mapped, known or off.",
+            "Which ways out were kept in hand: strict, budgeted, mapped, known or off.",
             lambda run: run.ways_out and run.ways_out.flown,
         ),
         "escape_asked": Metric(
@@ -336,6 +344,10 @@ METRICS: Variants[Metric] = Variants(
             "Whether every decision after that had one, through space seen or mapped to be free, "
             "and what the pre-flight check promised was kept.",
             _guarantee,
+        ),
+        "unobserved_m": Metric(
+            "Most metres of unobserved space that a way out in hand crossed; null where none may.",
+            _unobserved_m,
         ),
         "no_guarantee_s": Metric(
             "From when to when there was none, after the first: [[from, to], ...].",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.escape.legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_was_seen
+from clearway.avoidance.escape.legs import EscapeTerms, LegRoom, leg_keeps_margin, leg_unseen_m
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints
 from clearway.base.compiled import compiled
 from clearway.reach.escapes.legs import Legs
@@ -50,6 +50,12 @@ class Begun(NamedTuple):
     up: Ints
     """[beginnings] room for those before one."""
     tips: Tips
+    missing: Ints
+    """[beginnings] ends of movements up to its own that were not seen, as far as was looked."""
+    most_missing: int
+    """So many may be."""
+    spent_m: Floats
+    """[beginnings] metres of it that lead where nobody has looked, once that was found out."""
 
 
 @compiled
@@ -59,7 +65,17 @@ def begun_at(pose: Floats, start_s: float, tips: Tips, terms: EscapeTerms) -> Be
     poses, times, posed = np.empty((count, 4)), np.empty(count), np.zeros(count, dtype=np.int8)
     placed = np.empty((count, 5))
     poses[0], times[0], posed[0], placed[0] = pose, start_s, KEEPS, placed_at(pose, start_s, terms)
-    return Begun(poses, times, posed, placed, np.empty(count, dtype=np.int64), tips)
+    up, missing = np.empty(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
+    most, spent = terms.unseen_places, np.zeros(count)
+    return Begun(poses, times, posed, placed, up, tips, missing, most, spent)
+
+
+@compiled
+def miss_beginning(begin: int, ways: Ways, begun: Begun, is_missing: bool) -> bool:
+    """Note whether a beginning's end was not seen; returns whether too many up to it were not."""
+    before = begun.missing[ways.parent[begin]]
+    begun.missing[begin] = before + 1 if is_missing else before
+    return bool(begun.missing[begin] > begun.most_missing)
 
 
 @compiled
@@ -160,7 +176,8 @@ def begin_was_seen(
     terms: EscapeTerms,
     room: LegRoom,
 ) -> bool:
-    """Whether a beginning may be flown, and leads through seen space where that is asked for."""
+    """Whether a beginning may be flown, and leads through seen space where that is asked for, but
+    for as many metres as may lead elsewhere."""
     poses, times = begun.poses, begun.times_s
     if begun.posed[begin] == UNKNOWN:
         put(begin, ways, legs, begun)
@@ -171,7 +188,9 @@ def begin_was_seen(
         good = seen[parent] == KEEPS and legs.following[at, m] >= 0
         if good and terms.must_see:
             path, sagitta = legs.path[at, m], legs.sagitta_m[at, m]
-            good = leg_was_seen(poses[parent], path, sagitta, when, unseen, terms, room)
+            left = terms.unobserved_m - begun.spent_m[parent]
+            spent = leg_unseen_m(poses[parent], path, sagitta, when, unseen, terms, room, left)
+            begun.spent_m[b], good = begun.spent_m[parent] + spent, spent <= left
         seen[b] = KEEPS if good else FAILS
     return bool(seen[begin] == KEEPS)
 

@@ -13,7 +13,7 @@ from clearway.avoidance.escape.legs import (
     lay_out_leg,
     leg_keeps_margin,
     leg_room,
-    leg_was_seen,
+    leg_unseen_m,
     pose_after,
     turn_to_grid,
 )
@@ -59,25 +59,40 @@ def chain_keeps(
     chain = chain_for(len(movements), legs, terms.shapes)
     if not may_be_flown(movements, start, pose, start_s, legs, chain):
         return False
-    if terms.must_see and not chain_was_seen(movements, legs, terms.unseen_m, terms, chain):
+    about = (movements, legs, terms.unseen_m, terms, chain, terms.unobserved_m)
+    if terms.must_see and chain_unseen_m(*about) > terms.unobserved_m:
         return False
     return chain_keeps_margin(movements, legs, terms, chain)
 
 
 @compiled
-def chain_was_seen(
-    movements: Ints, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain
-) -> bool:
-    """Whether all movements of a chain lead through seen space, so far from the unseen."""
+def chain_unseen_m(
+    movements: Ints, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain, most: float
+) -> float:
+    """Metres of a chain that lead through the unseen, or nearer to that; inf where these are more
+    than `most`."""
+    spent = 0.0
     for turn in range(len(movements)):
         n = _far_first(turn, len(movements))
         m, at, when = movements[n], chain.at[n], (chain.times_s[n], chain.times_s[n + 1])
         sagitta = legs.sagitta_m[at, m]
-        if not leg_was_seen(
-            chain.poses[n], legs.path[at, m], sagitta, when, unseen, terms, chain.leg
-        ):
-            return False
-    return True
+        pose, path, left = chain.poses[n], legs.path[at, m], most - spent
+        spent += leg_unseen_m(pose, path, sagitta, when, unseen, terms, chain.leg, left)
+        if spent > most:
+            return np.inf
+    return spent
+
+
+@compiled
+def unobserved_along(
+    movements: Ints, start: int, pose: Floats, start_s: float, legs: Legs, terms: EscapeTerms
+) -> float:
+    """Metres of movements one after the other, from an attitude and a pose [4], about which nobody
+    has seen the body's tube to be free."""
+    chain = chain_for(len(movements), legs, terms.shapes)
+    if not may_be_flown(movements, start, pose, start_s, legs, chain):
+        return np.inf
+    return chain_unseen_m(movements, legs, terms.unseen_m, terms, chain, np.inf)
 
 
 @compiled

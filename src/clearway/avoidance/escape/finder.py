@@ -13,6 +13,8 @@ from clearway.avoidance.escape.legs import (
     EscapeTerms,
     carried,
     leg_keeps,
+    leg_room,
+    leg_unseen_m,
     pose_after,
     unsure_after,
     was_seen,
@@ -265,8 +267,14 @@ class WaysOut:
         if under_way is None:
             return None
         path, sagitta_m, attitude = self._rest(under_way)
-        left_s = under_way.left_s
-        if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms):
+        left_s, spent_m = under_way.left_s, 0.0
+        if terms.must_see:
+            about = (terms.unseen_m, terms, leg_room(len(path), terms.shapes), terms.unobserved_m)
+            spent_m = leg_unseen_m(STANDING, path, sagitta_m, (0.0, left_s), *about)
+        if spent_m > terms.unobserved_m:
+            return None
+        terms = terms._replace(unobserved_m=terms.unobserved_m - spent_m)
+        if not leg_keeps(STANDING, path, sagitta_m, 0.0, left_s, terms._replace(must_see=False)):
             return None
         at, legs = self.library.nearest(*attitude), self.library.legs_at(*attitude)
         there = Beginning(at, pose_after(STANDING, path), left_s, legs)
@@ -276,8 +284,12 @@ class WaysOut:
             found = self._search.held(way, self._search.numbers(way.begins), there, terms)
         if found is None:
             return None
-        begins_with = (under_way.movement, *found.begins)
-        return replace(found, begins=begins_with, under_way_s=left_s)
+        return replace(
+            found,
+            begins=(under_way.movement, *found.begins),
+            under_way_s=left_s,
+            unobserved_m=spent_m + found.unobserved_m,
+        )
 
     @property
     def finish_m(self) -> FloatArray:

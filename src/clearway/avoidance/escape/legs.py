@@ -33,6 +33,10 @@ class EscapeTerms(NamedTuple):
     """Whether what nobody has seen counts as occupied."""
     unseen_m: float
     """Distance to be kept from that."""
+    unobserved_m: float
+    """Metres of an escape that may lead nearer to that, or through it."""
+    unseen_places: int
+    """Ends of its movements that may, by which most that lead through more are told."""
     margin_m: float
     """Distance to be kept from what is known."""
     slope: float
@@ -148,12 +152,17 @@ def pose_after(pose: Floats, path: Floats2) -> Floats:
 @compiled
 def was_seen(corners: Floats2, sagitta: float, terms: EscapeTerms) -> bool:
     """Whether the body stays in seen space on its way through corners, level frame."""
-    return _way_was_seen(corners, sagitta + terms.unseen_m, terms)
+    return _way_unseen_m(corners, sagitta + terms.unseen_m, terms, 0.0) == 0.0
 
 
 @compiled
-def _way_was_seen(corners: Floats2, radius: float, terms: EscapeTerms) -> bool:
-    """Whether balls about the corners were, wide enough to hold all of the way between them."""
+def _way_unseen_m(corners: Floats2, radius: float, terms: EscapeTerms, most: float) -> float:
+    """Metres of a way about which the tube was not seen; inf where these are more than `most`.
+
+    Balls about the corners are looked up, wide enough to hold all of the way half-way to the next
+    ones: of a ball that was not seen all of that counts. Staying at such a place is never few
+    enough.
+    """
     origin, cosine, sine = terms.origin_m, np.cos(terms.yaw_rad), np.sin(terms.yaw_rad)
     last = len(corners) - 1
     half = 0.0
@@ -161,15 +170,29 @@ def _way_was_seen(corners: Floats2, radius: float, terms: EscapeTerms) -> bool:
         dx, dy = corners[s + 1, 0] - corners[s, 0], corners[s + 1, 1] - corners[s, 1]
         dz = corners[s + 1, 2] - corners[s, 2]
         half = max(half, 0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
-    around = np.sqrt(radius * radius + half * half)
+    around, spent = np.sqrt(radius * radius + half * half), 0.0
     for at in range(len(corners)):
         s = last - at
         x = origin[0] + cosine * corners[s, 0] - sine * corners[s, 1]
         y = origin[1] + sine * corners[s, 0] + cosine * corners[s, 1]
         z = origin[2] + corners[s, 2]
         if not is_free(terms.seen, x, y, z, around):
-            return False
-    return True
+            share = _half_way(corners, s, -1) + _half_way(corners, s, 1)
+            spent += share
+            if share == 0.0 or spent > most:
+                return np.inf
+    return spent
+
+
+@compiled
+def _half_way(corners: Floats2, s: int, step: int) -> float:
+    """Half the way from a corner to the one before (-1) or after (1); 0 where there is none."""
+    if not 0 <= s + step < len(corners):
+        return 0.0
+    dx = corners[s + step, 0] - corners[s, 0]
+    dy = corners[s + step, 1] - corners[s, 1]
+    dz = corners[s + step, 2] - corners[s, 2]
+    return float(0.5 * np.sqrt(dx * dx + dy * dy + dz * dz))
 
 
 @compiled
@@ -181,15 +204,16 @@ def leg_keeps(
     end_s: float,
     terms: EscapeTerms,
 ) -> bool:
-    """Whether a movement from a pose [4] is safe: through seen space, with the margin."""
-    times, room = (start_s, end_s), leg_room(len(path), terms.shapes)
-    if terms.must_see and not leg_was_seen(pose, path, sagitta, times, terms.unseen_m, terms, room):
+    """Whether a movement from a pose [4] is safe: all of it through seen space, with the margin."""
+    times, room, unseen = (start_s, end_s), leg_room(len(path), terms.shapes), terms.unseen_m
+    about = (pose, path, sagitta, times, unseen, terms, room)
+    if terms.must_see and leg_unseen_m(*about, 0.0) > 0.0:
         return False
     return leg_keeps_margin(pose, path, sagitta, times, terms, room)
 
 
 @compiled
-def leg_was_seen(
+def leg_unseen_m(
     pose: Floats,
     path: Floats2,
     sagitta: float,
@@ -197,11 +221,13 @@ def leg_was_seen(
     unseen: float,
     terms: EscapeTerms,
     room: LegRoom,
-) -> bool:
-    """Whether it leads through seen space, so far from the unseen."""
+    most: float,
+) -> float:
+    """Metres of it that lead through the unseen, or nearer to that; inf where these are more than
+    `most`."""
     lay_out_leg(pose, path, times, terms.wind_mps, room.level_m)
     radius = sagitta + unsure_after(times[1], terms) + unseen
-    return _way_was_seen(room.level_m, radius, terms)
+    return _way_unseen_m(room.level_m, radius, terms, most)
 
 
 @compiled

@@ -10,7 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.avoidance.escape.beginnings import Tips, tips_of
-from clearway.avoidance.escape.chains import chain_corners, chain_keeps, rounds
+from clearway.avoidance.escape.chains import (
+    chain_corners,
+    chain_keeps,
+    rounds,
+    unobserved_along,
+)
 from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.avoidance.escape.places import loop_places
 from clearway.avoidance.escape.search import first_escape
@@ -92,15 +97,21 @@ class WayOutSearch:
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
         ways, loops, tips = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
-        about = (attitude, pose, start_s, terms, from_unseen_m, self.near, self.wide)
-        escape, room_m, kept_m = first_escape(ways, legs, loops, tips, *about)
-        if escape < 0:
+        for held_to in _strict_first(terms):
+            # Where a budget is spent, the body's distance will do.
+            keeps_m = from_unseen_m[-1:] if held_to.unobserved_m > 0.0 else from_unseen_m
+            about = (attitude, pose, start_s, held_to, keeps_m, self.near, self.wide)
+            escape, room_m, kept_m = first_escape(ways, legs, loops, tips, *about)
+            if escape >= 0:
+                break
+        else:
             return None, kept_m
         begins, loop = names_of(self.library, ways, escape)
         certain, leads = terms.must_see or not self.strict, self._path(begins + loop, at, terms)
         lasts_s = _for_s(terms)
-        found = WayOut(begins, loop, terms.margin_m, certain, room_m, lasts_s, leads=leads)
-        return found, kept_m
+        found = WayOut(begins, loop, held_to.margin_m, certain, room_m, lasts_s, leads=leads)
+        whole = (self.numbers(begins), rounds(self.numbers(loop), legs, terms.least_s))
+        return replace(found, unobserved_m=_unobserved_m(np.concatenate(whole), at, terms)), kept_m
 
     def held(
         self, way: WayOut, begins: IntArray, at: Beginning, terms: EscapeTerms, skipped: int = 0
@@ -112,11 +123,21 @@ class WayOutSearch:
         terms = self._lasting(terms, at.legs)
         loop = self.numbers(way.loop)
         whole = np.concatenate([begins, flown_for(loop, at.legs, terms.least_s)])
-        if not chain_keeps(whole, at.attitude, at.pose, at.start_s, at.legs, terms):
+        about = (whole, at.attitude, at.pose, at.start_s, at.legs)
+        kept = (one.margin_m for one in _strict_first(terms) if chain_keeps(*about, one))
+        margin_m = next(kept, None)
+        if margin_m is None:
             return None
         names = self.library.automaton.names
         leads = self._path((*(names[m] for m in begins), *way.loop), at, terms, skipped)
-        return replace(way, margin_m=terms.margin_m, leads=leads, for_s=_for_s(terms))
+        unobserved_m = _unobserved_m(whole, at, terms)
+        return replace(
+            way,
+            margin_m=margin_m,
+            leads=leads,
+            for_s=_for_s(terms),
+            unobserved_m=unobserved_m,
+        )
 
     def _searched(self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray) -> LaidOut:
         """Escapes from an attitude, and where they lead, where places of them are looked up."""
@@ -160,6 +181,29 @@ def world_from_level(yaw_rad: float) -> FloatArray:
     """Rotation [3, 3] from the level frame of a decision."""
     cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
+    """Return what escapes are held to, one after the other.
+
+    Nothing is spent of a budget where one is all seen. Where it is, the body keeps off all that is
+    known, however little of the margin is asked for: what was seen to be free is that far from
+    anything, what nobody has seen is not. Less than that is better than nothing verified.
+    """
+    if not (terms.must_see and terms.unobserved_m > 0.0):
+        return (terms,)
+    all_seen = terms._replace(unobserved_m=0.0, unseen_places=0)
+    if terms.margin_m >= terms.unseen_m:
+        return all_seen, terms
+    return all_seen, terms._replace(margin_m=terms.unseen_m), terms
+
+
+def _unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:
+    """Return the metres of an escape that cross unobserved space, 0 where none may."""
+    if not (terms.must_see and terms.unobserved_m > 0.0):
+        return 0.0
+    about = (at.attitude, at.pose, at.start_s, at.legs, terms)
+    return float(unobserved_along(movements, *about))
 
 
 def _for_s(terms: EscapeTerms) -> float:

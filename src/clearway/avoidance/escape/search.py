@@ -14,6 +14,7 @@ from clearway.avoidance.escape.beginnings import (
     begin_was_seen,
     begun_at,
     lead_up_to,
+    miss_beginning,
     place_beginning,
     put,
     wind_of,
@@ -22,7 +23,7 @@ from clearway.avoidance.escape.chains import (
     chain_for,
     chain_keeps_margin,
     chain_room,
-    chain_was_seen,
+    chain_unseen_m,
     may_be_flown,
     rounds,
 )
@@ -108,9 +109,11 @@ def first_escape(
         return best, best_room, kept  # All begin here.
     for unseen in aloof_m:
         seen, compared = np.zeros(count, dtype=np.int8), 0
-        if terms.must_see and not _is_clear(begun.placed[0], unseen, terms):
+        all_seen = terms.must_see and terms.unseen_places == 0
+        if all_seen and not _is_clear(begun.placed[0], unseen, terms):
             continue  # All begin here.
         seen[0] = KEEPS
+        begun.missing[:] = 0
         following = 0
         while following < escapes:
             asked = (following, ways, legs, places, begun, met, cleared, clear, seen)
@@ -137,8 +140,10 @@ def first_escape(
             if not may_be_flown(movements, at, then, when, legs, chain):
                 cleared[escape] = FAILS
                 continue
-            if terms.must_see and not chain_was_seen(movements, legs, unseen, terms, chain):
-                continue
+            if terms.must_see:
+                left = terms.unobserved_m - begun.spent_m[begin]
+                if chain_unseen_m(movements, legs, unseen, terms, chain, left) > left:
+                    continue
             if not begin_keeps_margin(begin, ways, legs, begun, clear, terms, chain.leg):
                 continue
             if cleared[escape] == UNKNOWN:
@@ -198,9 +203,12 @@ def _first_seen(
         if steps < 0:  # Else `first_wide` has done both.
             place_beginning(begin, ways, legs, begun, wind)
             if seen[begin] == UNKNOWN:
-                beyond = seen[ways.parent[begin]] == FAILS
-                if beyond or not _is_clear(begun.placed[begin], unseen, terms):
+                if seen[ways.parent[begin]] == FAILS:
                     seen[begin] = FAILS
+                else:
+                    missing = not _is_clear(begun.placed[begin], unseen, terms)
+                    if miss_beginning(begin, ways, begun, missing):
+                        seen[begin] = FAILS
         if seen[begin] != FAILS and clear[begin] != FAILS:
             until = e + 1 if steps >= 0 else escapes
             about = (begun, wind, met, cleared, unseen, terms, near)
@@ -277,6 +285,7 @@ def _first_loop_seen(
     space, begins = terms.seen, ways.begins
     begin, e = begins[escape], escape
     in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
+    most = begun.most_missing - begun.missing[begin]
     if in_cells and begun.posed[begin] == UNKNOWN:
         put(begin, ways, legs, begun)
     placed, pose, start_s = begun.placed[begin], begun.poses[begin], begun.times_s[begin]
@@ -287,14 +296,17 @@ def _first_loop_seen(
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             if met[e] == UNKNOWN:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
+                missing = most
                 for n in range(first, last if space.window[14] == 0.0 else first):
                     ahead, left, when = places[n, 0], places[n, 1], places[n, 3]
                     east = x + cosine * ahead - sine * left + wind[0] * when
                     north = y + sine * ahead + cosine * left + wind[1] * when
                     up = z + places[n, 2] + wind[2] * when
                     if not is_place_free(space, east, north, up):
-                        met[e] = FAILS
-                        break
+                        missing -= 1
+                        if missing < 0:
+                            met[e] = FAILS
+                            break
             if (
                 met[e] == KEEPS
                 and in_cells
@@ -302,7 +314,7 @@ def _first_loop_seen(
             ):
                 cleared[e] = FAILS
             elif met[e] == KEEPS and places_were_seen(
-                places, first, last, placed, wind, NEARLY * unseen, space
+                places, first, last, placed, wind, NEARLY * unseen, most, space
             ):
                 return e
         e += 1

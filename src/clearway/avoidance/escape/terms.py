@@ -10,7 +10,7 @@ import numpy as np
 from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.avoidance.plan.evidence import NOTHING_MOVING, InReach
 from clearway.avoidance.plan.floor import with_ground
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import SEES, Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, margin_slope
 from clearway.base.frames import FloatArray, compute_rotation, measure_length
@@ -18,6 +18,7 @@ from clearway.reach.escapes.legs import SAME_RAD
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.expand.lattice import grid_from_level
 from clearway.sensors.observed.seen_space import NOTHING_SEEN
+from clearway.vehicle.automaton import MovementAutomaton
 
 IN_WIND_TURNS = 2.0
 """Full circles' worth of time for which a way out is verified where wind carries it."""
@@ -31,12 +32,15 @@ def make_escape_terms(
     """With the whole margin, and through what was seen to be free where that is asked for."""
     state, settings, seen = situation.state, planner.settings, situation.seen
     _, pitch, yaw = state.attitude_rad.tolist()
-    strict = settings.escape in (Escape.STRICT, Escape.MAPPED) and seen is not None
+    strict = settings.escape in SEES and seen is not None
+    budget_m = settings.unobserved_m if settings.escape == Escape.BUDGETED else 0.0
     grown = near.margin_m - settings.safety_margin_m
     return EscapeTerms(
         NOTHING_SEEN if seen is None else seen,
         strict,
         settings.body_radius_m + grown,
+        budget_m,
+        unseen_places(budget_m, library.automaton),
         near.margin_m,
         margin_slope(settings, situation),
         state.position_m,
@@ -51,6 +55,15 @@ def make_escape_terms(
         *_tube_of(library),
         0.0,
     )
+
+
+def unseen_places(budget_m: float, automaton: MovementAutomaton) -> int:
+    """Return how many ends of movements an escape may have in unobserved space.
+
+    Between two of them the way between counts as not seen: a first look, which passes over some
+    escapes that lead in and out of it, and none where there is no budget.
+    """
+    return 1 + int(budget_m / automaton.step_m) if budget_m > 0.0 else 0
 
 
 @lru_cache(maxsize=64)

@@ -83,12 +83,15 @@ def first_wide(
     """The first from an escape on that has not failed, and of which all about its loop's places and
     the end of its beginning may have been seen, within a radius; their number if there is none.
 
+    Of these places some may not have been seen, as many as `begun` says.
+
     All in one loop: where thousands are passed over, each call of another would take longer than
     what it does. steps: of the radius. Where beginnings lead is known up to the last.
     """
     begins, loops, loop_at, parent = ways.begins, ways.loop, ways.loop_at, ways.parent
     placed, tips, voxels, level = begun.placed, begun.tips.places, wide.seen, np.uint64(steps)
     free, window = space.free, space.window
+    missing, most = begun.missing, begun.most_missing
     per_m, escapes, one = window[3], np.uint64(len(ways.begins)), np.uint64(1)
     low_x, low_y, low_z = float(wide.low[0]), float(wide.low[1]), float(wide.low[2])
     east_mps, north_mps, up_mps = wind[0], wind[1], wind[2]
@@ -118,15 +121,19 @@ def first_wide(
         x = placed[begin, 0] * per_m - low_x
         y = placed[begin, 1] * per_m - low_y
         z = placed[begin, 2] * per_m - low_z
-        if seen[begin] == UNKNOWN and _is_missing(x, y, z, level, voxels, wide, free, window):
-            dx, dy, dz = x - from_x, y - from_y, z - from_z
-            if dx * dx + dy * dy + dz * dz > beside2:
+        if seen[begin] == UNKNOWN:
+            is_missing = _is_missing(x, y, z, level, voxels, wide, free, window)
+            if is_missing:
+                dx, dy, dz = x - from_x, y - from_y, z - from_z
+                is_missing = dx * dx + dy * dy + dz * dz > beside2
+            missing[begin] = missing[parent[begin]] + (1 if is_missing else 0)
+            if missing[begin] > most:
                 seen[begin] = FAILS
                 continue  # To its other escapes.
         cosine, sine = per_m * placed[begin, 3], per_m * placed[begin, 4]
         while e < escapes and np.uint64(begins[e]) == begin:
             if met[e] != FAILS and cleared[e] != FAILS:
-                is_wide, loop = True, np.uint32(loops[e])
+                spare, loop = most - missing[begin], np.uint32(loops[e])
                 for at in range(loop_at[loop], loop_at[loop + np.uint32(1)]):
                     n = np.uint64(at)
                     ahead, left, when = places[n, 0], places[n, 1], per_m * places[n, 3]
@@ -136,9 +143,10 @@ def first_wide(
                     if _is_missing(a, b, c, level, voxels, wide, free, window):
                         dx, dy, dz = a - from_x, b - from_y, c - from_z
                         if dx * dx + dy * dy + dz * dz > beside2:
-                            is_wide = False
-                            break
-                if is_wide:
+                            spare -= 1
+                            if spare < 0:
+                                break
+                if spare >= 0:
                     return int(np.int64(e))
             e += one
     return int(np.int64(escapes))

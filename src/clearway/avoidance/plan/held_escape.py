@@ -30,6 +30,9 @@ class Escape(StrEnum):
 
     STRICT = "strict"
     """It leads through space that was seen to be free: no collision with what stands still."""
+    BUDGETED = "budgeted"
+    """As strict while that finds one; else up to `AvoidanceSettings.unobserved_m` metres of it may
+    lead where nobody has looked. What was seen or mapped to stand is kept clear of all the same."""
     MAPPED = "mapped"
     """As strict, but where a map is declared complete nothing needs to be seen."""
     KNOWN = "known"
@@ -37,6 +40,12 @@ class Escape(StrEnum):
     see enough is strict first, until that leads no further (`live.recovery.risk_level`)."""
     OFF = "off"
     """None is asked for."""
+
+
+BY_SIGHT = (Escape.STRICT, Escape.BUDGETED)
+"""Escapes that rest on what sensors see alone."""
+SEES = (*BY_SIGHT, Escape.MAPPED)
+"""Escapes that lead through what was seen to be free, but for what the last two allow."""
 
 
 class Narrow(StrEnum):
@@ -83,6 +92,8 @@ class WayOut:
     """How many decisions in a row found none that is certain."""
     under_way_s: float | None = None
     """What is left of its first movement, where that is being flown already; else None."""
+    unobserved_m: float = 0.0
+    """Metres of it that lead where nobody has looked; 0 where none may."""
     leads: Callable[[], FloatArray] = field(default=nowhere, repr=False)
     """Tells `path_m`."""
 

@@ -25,7 +25,7 @@ from clearway.avoidance.plan.time_cost import time_flown_m, time_to_go_m
 from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import one_line
-from clearway.base.errors import ClearwayError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.lazily import Lazily
@@ -37,6 +37,12 @@ from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.automaton_performance import derive_performance
 from clearway.vehicle.performance import Performance
+
+BRAKING = (
+    "unobserved_m: an escape of a vehicle with inertia brakes to rest, and braking later than it "
+    "sees is how it would hit; only vehicles without inertia may cross unobserved space. Leave the "
+    "key out, and fly more slowly or see farther instead"
+)
 
 
 def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArray | None:
@@ -108,6 +114,10 @@ class Planner:
     """The most important first."""
     rating: OwnRating | None = None
     """The user's own, in place of the one that the settings name."""
+
+    def __post_init__(self) -> None:
+        if self.settings.escape == Escape.BUDGETED and self.automaton.has_inertia:
+            raise InputError("settings", BRAKING)
 
     @classmethod
     def of(

@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import get_args
 
 from clearway.avoidance.plan.costs import Prices
-from clearway.avoidance.plan.held_escape import Escape, Narrow
+from clearway.avoidance.plan.held_escape import SEES, Escape, Narrow
 from clearway.avoidance.rate.fusion import rating_named
 from clearway.base.brief import brief
 from clearway.base.checks import (
@@ -100,6 +100,9 @@ class AvoidanceSettings(EvidenceSettings):
     escape: str = "strict"
     """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
     without a range sensor "strict" is as "known"."""
+    unobserved_m: float = 0.0
+    """Metres of an escape that may lead where nobody has looked: of `escape = "budgeted"`, and of
+    no other."""
     narrow: str = "refuse"
     """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
@@ -167,7 +170,12 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
         if self.narrow not in (*Narrow,):
             problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
-        if self.escape in (Escape.STRICT, Escape.MAPPED) and self.body_radius_m == 0.0:
+        problems.append(number_problem("unobserved_m", self.unobserved_m))
+        if (self.escape == Escape.BUDGETED) != (self.unobserved_m > 0.0):
+            problems.append(
+                'unobserved_m: above 0 where escape is "budgeted", and 0 where it is any other'
+            )
+        if self.escape in SEES and self.body_radius_m == 0.0:
             problems.append(f'body_radius_m: must be above 0 where escape is "{self.escape}"')
         if self.start_free_m is not None:
             problems.append(number_problem("start_free_m", self.start_free_m))

@@ -43,6 +43,9 @@ def explanation(
         parts.append(f"no way out after {', '.join(decision.no_way_out)}")
     if decision.way_out is not None and not decision.way_out.certain:
         parts.append("its way out leads where nobody has looked")
+    elif decision.way_out is not None and decision.way_out.unobserved_m > 0.0:
+        crossed_m = decision.way_out.unobserved_m
+        parts.append(f"its way out crosses {crossed_m:.1f} m where nobody has looked, as allowed")
     ruled_out = _ruled_out(choice, decision, obstacle_map)
     if ruled_out:
         parts.append(ruled_out)

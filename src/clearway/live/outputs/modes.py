@@ -87,7 +87,8 @@ def _emergency(facts: ModeFacts) -> str:
 def _hold(facts: ModeFacts) -> str:
     way = facts.decision.way_out
     if facts.blind_s is not None and way is not None:
-        where = "where it has looked" if way.certain else "where it is"
+        looked = way.certain and way.unobserved_m == 0.0
+        where = "where it has looked" if looked else "where it is"
         return f"{NOTHING_SENSED} for {facts.blind_s:.1f} s: it stays {where}"
     if not facts.progress.closed:
         return ""

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import SEES
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.state import State
 from clearway.live.mission import Mission
@@ -96,7 +96,7 @@ def over_wide_margin(planner: Planner, flown: str) -> str:
     flown: which ways out. They keep no more than the body's radius from what nobody has seen.
     """
     automaton, margin_m = planner.automaton, planner.settings.safety_margin_m
-    if flown not in (Escape.STRICT, Escape.MAPPED) or margin_m <= planner.settings.body_radius_m:
+    if flown not in SEES or margin_m <= planner.settings.body_radius_m:
         return ""
     if automaton.has_inertia:  # It brakes before what shows late.
         return ""
@@ -118,7 +118,7 @@ def over_drop_outs(sensors: Sequence[AnySensor], flown: str) -> str:
     flown: which ways out.
     """
     lost = max((one.dropout for one in sensors if isinstance(one, Lidar)), default=0.0)
-    if flown not in (Escape.STRICT, Escape.MAPPED) or lost <= MOST_LOST:
+    if flown not in SEES or lost <= MOST_LOST:
         return ""
     return f"; {100.0 * lost:.3g} % of returns are lost: what whole sweeps miss passes for free"
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from clearway.avoidance.escape.terms import in_wind_s
 from clearway.avoidance.plan.costs import price_of
-from clearway.avoidance.plan.held_escape import Escape
+from clearway.avoidance.plan.held_escape import BY_SIGHT, SEES, Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -52,6 +52,11 @@ LEVEL = (
     "the sensor shows one level plane; where whatever stands reaches through all heights flown at, "
     "set safety.obstacles_span_m = [lowest, highest]"
 )
+BUDGETED = (
+    "every decision keeps a way out through space seen to be free, or where there is none, one of "
+    "which at most {:g} m lead through unobserved space: no guarantee, the measured risk stands in "
+    "docs/sight.md; "
+)
 FARTHER = "sensors see the body's whole way only from farther on"
 
 
@@ -82,7 +87,7 @@ class EscapePlan:
             if margin_m != settings.safety_margin_m:
                 settings = replace(settings, safety_margin_m=margin_m)
         if self.flown != settings.escape:
-            settings = replace(settings, escape=self.flown)
+            settings = replace(settings, escape=self.flown, unobserved_m=0.0)
         if start_free_m is not None:
             settings = replace(settings, start_free_m=start_free_m)
         return planner if settings is planner.settings else replace(planner, settings=settings)
@@ -119,11 +124,11 @@ def escape_plan(
     """
     span_m = planner.settings.obstacles_span_m
     plan = _escape_plan_of(planner, sensors, obstacle_map, start or ORIGIN)
-    if span_m is not None and plan.flown in (Escape.STRICT, Escape.MAPPED):
+    if span_m is not None and plan.flown in SEES:
         plan = replace(plan, why=f"{plan.why}; {COLUMNS.format(*span_m)}")
     doubts = over_wide_margin(planner, plan.flown) + over_drop_outs(sensors, plan.flown)
     doubts += over_false_returns(sensors)
-    if start is not None and plan.flown == Escape.STRICT:
+    if start is not None and plan.flown in BY_SIGHT:
         doubts += over_unsure(planner, start)
     return replace(plan, why=plan.why + doubts) if doubts else plan
 
@@ -231,12 +236,14 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
                 return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{may_stay}; {UNSURE}")
         if needed_m > (start_free_m or declared_m or step_m):
             more = f"{more}; {may_stay}"
+    kept = "every decision keeps a way out through space seen to be free, "
+    if asked == Escape.BUDGETED:
+        kept = BUDGETED.format(planner.settings.unobserved_m)
     first = f"from movement {after + 1} on straight ahead in empty air"
     return EscapePlan(
         asked,
-        Escape.STRICT,
-        f"{unmapped}every decision keeps a way out through space seen to be free, "
-        f"{first}{_over_drift(planner)}{more}",
+        Escape.BUDGETED if asked == Escape.BUDGETED else Escape.STRICT,
+        f"{unmapped}{kept}{first}{_over_drift(planner)}{more}",
         within=after,
         start_free_m=start_free_m,
     )
@@ -291,7 +298,7 @@ def _past_blind(
         needed_m = _start_ball_of(wider, library, sensors, start)
         wider = with_start_ball(planner, needed_m)
     plan = _escape_plan(wider, sensors, start)
-    if plan.flown != Escape.STRICT or needed_m > most_m:
+    if plan.flown not in BY_SIGHT or needed_m > most_m:
         return None
     if declared_m is not None:
         why = f"sensors are blind near the start; start_free_m = {needed_m:.3g} would do; {UNSURE}"

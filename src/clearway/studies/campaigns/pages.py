@@ -13,6 +13,7 @@ from clearway.base.intervals import Interval
 from clearway.io.staging import staged_file
 from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
 from clearway.sim.baselines.notes import not_known, shared
+from clearway.studies.campaigns.direct import DIRECT_HEAD, direct_cells
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
@@ -25,6 +26,7 @@ from clearway.studies.campaigns.summary import (
 from clearway.studies.campaigns.totals import HEAD, add_up
 
 FULL, SHORT, TOTALS = "campaign", "campaign-short", "campaign-totals"
+DIRECT = "campaign-direct"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
 COLUMNS = (
     "planner",
@@ -196,10 +198,19 @@ def totals_form(
     return _markdown(lines) + _below(rows, settings, skipped)
 
 
+def direct_form(
+    rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> str:
+    """As `totals_form`, with the flights that arrived by a direct way in place of speeds."""
+    lines = [DIRECT_HEAD, *direct_cells(rows)]
+    return _markdown(lines) + _below(rows, settings, skipped)
+
+
 FORMS: Mapping[str, Callable[[Sequence[FlightRow], dict[str, str], dict[str, str]], str]] = {
     FULL: full_form,
     SHORT: short_form,
     TOTALS: totals_form,
+    DIRECT: direct_form,
 }
 """What can be put into a page, by the name of its marks."""
 

@@ -70,9 +70,9 @@ class CellTotals:
             self.label,
             self.planner,
             str(self.flights),
-            _share(self.arrived, self.flights),
-            _share(self.contacts, self.flights),
-            _share(self.margins_lost, self.flights),
+            share_in_words(self.arrived, self.flights),
+            share_in_words(self.contacts, self.flights),
+            share_in_words(self.margins_lost, self.flights),
             _plain(self.least_m, 2),
             _plain(self.time_s, 1),
             _plain(self.mean_mps, 1),
@@ -121,7 +121,8 @@ def _median(values: Sequence[float | None]) -> float:
     return float(np.median(there)) if there else float("nan")
 
 
-def _share(number: int, flights: int) -> str:
+def share_in_words(number: int, flights: int) -> str:
+    """Return a count with the exact 95 % interval of its share."""
     low, high = exact_share(number, flights)
     return f"{number} ({100.0 * low:.1f}-{100.0 * high:.1f} %)"
 
