@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from clearway.base.arrays import FloatArray
 from clearway.live.routing.field.cell_prices import (
     PriceRule,
-    cell_at,
+    cell_holding,
     middle_of_cell,
     prices_of,
 )
@@ -49,7 +49,7 @@ def crossed_m(route: SeenRoute, x_m: float, start_m: FloatArray = START) -> floa
 
 def price_at(routes: SeenPlanner, place_m: list[float]) -> float:
     cells = routes.cells
-    return float(cells.price[cell_at(cells.levels, *place_m)])
+    return float(cells.price[cell_holding(cells.levels, *place_m)])
 
 
 # Ways --------------------------------------------------------------------------------------
@@ -359,7 +359,7 @@ def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
     routes.aim(np.array([START, [12.0, 0.0, 0.0]]))
     assert not routes.came_nearer(START, 6.0)
     cells = routes.cells
-    at = cell_at(cells.levels, 12.0, 0.0, 18.0)
+    at = cell_holding(cells.levels, 12.0, 0.0, 18.0)
     assert (cells.in_vain[at] > 0.0) == above
 
 

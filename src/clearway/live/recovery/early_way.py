@@ -17,7 +17,7 @@ import numpy as np
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
-from clearway.live.routing.field.cell_prices import BEGINS, PricedCells, cell_at
+from clearway.live.routing.field.cell_prices import BEGINS, PricedCells, cell_holding
 from clearway.live.routing.seen_planner import SeenPlanner
 
 ASIDE_RAD = tuple(np.radians([5.0, 10.0, 15.0]).tolist())
@@ -64,7 +64,7 @@ def _leads_past(cells: PricedCells, corners: Floats2, goal: Floats) -> bool:
             at = corners[n] + step * (s / max(count, 1))
             if np.sum((at - corners[0]) ** 2) <= (BEGINS * width) ** 2:
                 continue
-            cell = cell_at(cells.levels, at[0], at[1], at[2])
+            cell = cell_holding(cells.levels, at[0], at[1], at[2])
             if cell < 0 or cells.price[cell] > 1.0:
                 return False
             if _lies_open(cells, at, goal):
@@ -93,7 +93,7 @@ def _lies_open(cells: PricedCells, start: Floats, goal: Floats) -> bool:
     length = np.sqrt(np.sum((goal - start) ** 2)) / cells.levels.width_m
     for step in range(STEPS, int(np.ceil(STEPS * length))):
         at = start + (goal - start) * (step / (STEPS * length))
-        cell = cell_at(cells.levels, at[0], at[1], at[2])
+        cell = cell_holding(cells.levels, at[0], at[1], at[2])
         if cell >= 0 and cells.price[cell] == np.inf:
             return False
     return True

@@ -14,7 +14,7 @@ from clearway.base.frames import FloatArray
 from clearway.live.routing.field.cell_prices import (
     UNOBSERVED_COST,
     PricedCells,
-    cell_at,
+    cell_holding,
     middle_of_cell,
 )
 from clearway.live.routing.field.route_levels import is_covered
@@ -79,7 +79,7 @@ def _leads_to(cells: PricedCells, start: Floats, goal: Floats) -> bool:
     steps = int(np.ceil(2.0 * np.sqrt(np.sum((goal - start) ** 2)) / cells.levels.width_m))
     for s in range(steps):
         at = start + (goal - start) * (s / steps)
-        cell = cell_at(cells.levels, at[0], at[1], at[2])
+        cell = cell_holding(cells.levels, at[0], at[1], at[2])
         if cell < 0 or not cells.price[cell] <= PASSABLE:
             return False
     return True

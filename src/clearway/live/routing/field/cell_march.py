@@ -9,7 +9,7 @@ import numpy as np
 from clearway.avoidance.rate.route_field import Pace
 from clearway.base.arrays import Bools, Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.live.routing.field.cell_prices import PricedCells, cell_at, middle_of_cell
+from clearway.live.routing.field.cell_prices import PricedCells, cell_holding, middle_of_cell
 from clearway.live.routing.field.clearance_speed import BARRED_M
 from clearway.live.routing.field.marching import BUCKET, lay_out_march, let_time_pass
 from clearway.live.routing.field.route_levels import Levels
@@ -48,7 +48,7 @@ def cell_beside(cells: PricedCells, place: Floats, target: Floats, clear_m: floa
     for a in range(-BEGINS_WITHIN, BEGINS_WITHIN + 1):
         for b in range(-BEGINS_WITHIN, BEGINS_WITHIN + 1):
             for c in range(-1, 2 if up > 0.0 else 0):
-                cell = cell_at(
+                cell = cell_holding(
                     levels, place[0] + a * width, place[1] + b * width, place[2] + c * up
                 )
                 if cell < 0 or cells.price[cell] == np.inf:
@@ -131,7 +131,7 @@ def _along(levels: Levels, corners: Floats2, count: int) -> Bools:
                 for b in range(-1, 2):
                     for c in range(-1, 2):
                         x, y, z = at[0] + a * width, at[1] + b * width, at[2] + c * up
-                        cell = cell_at(levels, x, y, z)
+                        cell = cell_holding(levels, x, y, z)
                         if cell >= 0:
                             marked[cell] = True
     return marked
@@ -173,14 +173,14 @@ def _begin_beside(m: March) -> None:
             i, j = min(max(i, 0), n - 1), min(max(j, 0), n - 1)
             x = (levels.low[level, 0] + i + 0.5) * width
             y = (levels.low[level, 1] + j + 0.5) * width
-            home = cell_at(levels, x, y, z)
+            home = cell_holding(levels, x, y, z)
             for far in range(ENDS_BESIDE + 1):
                 begun = 0
                 for a in range(-far, far + 1):
                     for b in range(-far, far + 1):
                         for c in range(-far, far + 1 if layers > 1 else 1 - far):
                             up = c * levels.layer_m
-                            cell = cell_at(levels, x + a * width, y + b * width, z + up)
+                            cell = cell_holding(levels, x + a * width, y + b * width, z + up)
                             if cell < 0 or m.speed_mps[cell] <= 0.0 or m.waits[cell]:
                                 continue
                             at = middle_of_cell(levels, cell)

@@ -164,7 +164,7 @@ def add_balls(levels: Levels, values: Floats, balls: Floats2) -> None:
 
 
 @compiled
-def cell_at(levels: Levels, x: float, y: float, z: float) -> int:
+def cell_holding(levels: Levels, x: float, y: float, z: float) -> int:
     """Return the finest cell that holds a place, of the layer nearest to it; -1 beyond all."""
     n, layers, k = levels.n, levels.layers, 0
     if layers > 1:

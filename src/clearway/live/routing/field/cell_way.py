@@ -9,7 +9,7 @@ from clearway.avoidance.rate.route_field import Pace, straight_time
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.live.routing.field.cell_march import ENDS_BESIDE
-from clearway.live.routing.field.cell_prices import PricedCells, cell_at, middle_of_cell
+from clearway.live.routing.field.cell_prices import PricedCells, cell_holding, middle_of_cell
 from clearway.live.routing.field.route_levels import Levels
 from clearway.live.routing.field.wave import IN_SIGHT
 
@@ -27,7 +27,7 @@ def cells_down(cells: PricedCells, pace: Pace, time_s: Floats, own: int, target:
     a target that something stands at, the first."""
     levels = cells.levels
     n, layers = levels.n, levels.layers
-    home = cell_at(levels, target[0], target[1], target[2])
+    home = cell_holding(levels, target[0], target[1], target[2])
     is_open = home >= 0 and cells.price[home] < np.inf
     beside = 0.0 if is_open else (ENDS_BESIDE + 0.5) * levels.width_m
     way = np.empty(MOST_STEPS, dtype=np.int64)
@@ -51,7 +51,7 @@ def cells_down(cells: PricedCells, pace: Pace, time_s: Floats, own: int, target:
                     up = z + c * levels.layer_m
                     there = here + c
                     if a != 0 or b != 0:
-                        there = cell_at(levels, x + a * step, y + b * step, up)
+                        there = cell_holding(levels, x + a * step, y + b * step, up)
                     if there < 0 or not time_s[there] < time_s[here]:
                         continue
                     # Past a corner of what stands nothing leads aslant.
@@ -80,12 +80,12 @@ def _are_open_beside(
     levels: Levels, time_s: Floats, x: float, y: float, z: float, dx: float, dy: float
 ) -> bool:
     """Whether time came to both cells beside a step aslant."""
-    one, other = cell_at(levels, x + dx, y, z), cell_at(levels, x, y + dy, z)
+    one, other = cell_holding(levels, x + dx, y, z), cell_holding(levels, x, y + dy, z)
     return bool(one >= 0 and time_s[one] < np.inf and other >= 0 and time_s[other] < np.inf)
 
 
 @compiled
-def corners_of(
+def turns_of(
     cells: PricedCells, speed_mps: Floats, places: Floats2, left_s: Floats, slight_s: float
 ) -> Ints:
     """Return which places [n, 3] of a way it turns at: between, straight lines take no longer,
@@ -145,10 +145,10 @@ def line_seconds(cells: PricedCells, speed_mps: Floats, start: Floats, end: Floa
         share = (s + 0.5) / steps
         x, y, z = start[0] + share * dx, start[1] + share * dy, start[2] + share * dz
         for sign in (-1.0, 1.0):
-            beside = cell_at(levels, x - sign * aside * dy, y + sign * aside * dx, z)
+            beside = cell_holding(levels, x - sign * aside * dy, y + sign * aside * dx, z)
             if beside < 0 or speed_mps[beside] <= 0.0:
                 return np.inf
-        cell = cell_at(levels, x, y, z)
+        cell = cell_holding(levels, x, y, z)
         if cell < 0 or speed_mps[cell] <= 0.0:
             return np.inf
         changes = before >= 0 and cell % levels.layers != before % levels.layers
