@@ -24,7 +24,7 @@ from clearway.live.routing.field.cell_prices import (
     add_balls,
     prices_of,
 )
-from clearway.live.routing.field.cell_way import cells_down, turns_of, middles_of
+from clearway.live.routing.field.cell_way import cells_down, corners_on, middles_of
 from clearway.live.routing.field.clearance_speed import barred_within
 from clearway.live.routing.field.known_space import BaseClearance, RouteCells
 from clearway.live.routing.field.seen_marking import mark_seen
@@ -181,7 +181,7 @@ class SeenPlanner(RoutePlanner):
         way = cells_down(cells, pace, time, own, goal_m)
         places = middles_of(cells.levels, way)
         width, slight_s = self.space.layout.width_m, self.space.layout.width_m / pace.fastest_mps
-        corners = places[turns_of(cells, speed, places, time[way], slight_s)][1:]
+        corners = places[corners_on(cells, speed, places, time[way], slight_s)][1:]
         if np.max(np.abs((places[-1] - goal_m)[:2])) <= (BEGINS + 0.5) * width:
             corners = np.concatenate([corners[:-1], goal_m[None]])
         whole = np.concatenate([vehicle_m[None], corners, goal_m[None]])

@@ -85,7 +85,7 @@ def _are_open_beside(
 
 
 @compiled
-def turns_of(
+def corners_on(
     cells: PricedCells, speed_mps: Floats, places: Floats2, left_s: Floats, slight_s: float
 ) -> Ints:
     """Return which places [n, 3] of a way it turns at: between, straight lines take no longer,
