@@ -1,8 +1,8 @@
 """How soon the second process sends: `python -m benchmarks.hand`.
 
-A deciding process sends ten times a second. At random moments it is killed, or stopped. Printed is
-the longest gap between two set-points from then on, less the period, and how many escapes were flown
-to their end.
+A deciding process sends ten times a second. At random moments it is killed, or stopped. Printed are
+the longest gap between two set-points from then on, less the period, and how many escapes were
+flown to their end.
 """
 
 from __future__ import annotations

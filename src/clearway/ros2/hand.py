@@ -27,7 +27,8 @@ from clearway.ros2.kinds import SET_POINT_KINDS, base_of
 from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import SetPointParameters
 from clearway.ros2.rclpy_bus import RclpyBus
-from clearway.ros2.topic_link import DIAGNOSTICS, TopicLink
+from clearway.ros2.topic_link import TopicLink
+from clearway.ros2.topic_teller import DIAGNOSTICS
 
 MODULE = "clearway.ros2.hand_process"
 NO_BUS = "no second process: it cannot open this bus"

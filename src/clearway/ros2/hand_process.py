@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from typing import Any
 
 from clearway.hand.handover import Packet
 from clearway.hand.process import Sender, watch_over
-from clearway.ros2.bus import Quality, TopicBus
+from clearway.ros2.bus import MissingMessageError, Quality, TopicBus
 from clearway.ros2.dds import DdsBus
 from clearway.ros2.rclpy_bus import RclpyBus
 
@@ -32,7 +33,8 @@ def open_topics(given: dict[str, Any]) -> Sender:
     domain, namespace = given["domain"], given["namespace"]
     bus: TopicBus = RclpyBus(NODE, namespace) if domain is None else DdsBus(domain)
     for topic, kind, quality in given["topics"]:
-        bus.advertise(topic, kind, Quality(*quality))
+        with suppress(MissingMessageError):  # Diagnostics: set-points the first process has too.
+            bus.advertise(topic, kind, Quality(*quality))
     return TopicSender(bus, [topic for topic, *_ in given["topics"]])
 
 
