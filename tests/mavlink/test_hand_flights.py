@@ -72,6 +72,9 @@ def test_ended_in_good_order_nothing_is_flown_and_no_process_left(tmp_path: Path
     flight = fly(tmp_path, end, 2.0, after_s=4.0)
     assert FLIES not in "".join(flight.autopilot.texts)
     assert "ends, set-points stop" in "".join(flight.autopilot.texts)
-    assert flight.after <= 2  # The last one, to hold.
+    # A last one to hold, and then none: an escape would be flown for seconds.
+    assert max(flight.came_s) < flight.cut_s + LONGEST_GAP_S
+    assert flight.autopilot.target is not None
+    assert flight.autopilot.target.velocity_mps is None
     assert flight.autopilot.has_arrived
     assert not flight.left
