@@ -43,6 +43,7 @@ NO_MEASUREMENT = {
         "1 %": "from which there is an alarm, a setting",
     },
     "guardian.md": {"10 ms": "within which commands are taken as one"},
+    "hand.md": {"20 ms": "after which it sends, a setting"},
     "limits.md": {"69 %": "of any ten of ten"},
     "measured.md": {"89 %": "of any thirty of thirty"},
     "mavlink-messages.md": {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -75,10 +77,27 @@ def test_a_wish_passes_up_to_where_the_margin_ends_and_no_farther() -> None:
     out = guardian_at((last_m + 1e-3, 0.0, 0.0)).guard_velocity(asked, 0.0)
     assert not out.passed
     assert "of the map" in out.why
-    assert out.decision is not None
+    assert out.nearest
+    assert out.velocity_mps == pytest.approx([0.95, 0.0, 0.0])
+    assert out.changed_mps == pytest.approx(0.05)
+    at_margin = guardian_at((2.5 - MARGIN_M - 1e-3, 0.0, 0.0)).guard_velocity(asked, 0.0)
+    assert at_margin.decision is not None, "nothing near the wish keeps the margin"
+    assert at_margin.changed_mps is not None
+    assert at_margin.changed_mps >= 1.0
     sideways = guardian_at((1.89, 0.0, 0.0)).guard_velocity([0.0, 1.0, 0.0], 0.0)
     assert sideways.passed, "along the wall"
     assert sideways.velocity_mps.tolist() == [0.0, 1.0, 0.0]
+
+
+def test_a_wish_along_a_wall_and_into_it_is_turned_along_it() -> None:
+    """The nearest velocity: as the part along the wall, and no slower than that is."""
+    wish = np.array([math.cos(math.radians(60.0)), math.sin(math.radians(60.0)), 0.0])
+    out = guardian_at((1.89, 0.0, 0.0)).guard_velocity(wish, 0.0)
+    assert out.nearest
+    assert out.velocity_mps[1] >= 0.7
+    assert abs(out.velocity_mps[0]) < 0.1
+    assert out.changed_mps is not None
+    assert out.changed_mps == pytest.approx(np.linalg.norm(out.velocity_mps - wish))
 
 
 def test_braking_takes_room() -> None:

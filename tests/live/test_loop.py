@@ -28,7 +28,8 @@ class Vehicle:
     def __init__(self, presses: bool) -> None:
         self.presses, self.pressing = presses, False
         self.heard = self.ticks = 0
-        self.ended, self.frozen = False, 0
+        self.ended = self.crashed = False
+        self.frozen = 0
 
     def wait(self, seconds: float) -> None:
         time.sleep(min(seconds, 0.001))
@@ -43,8 +44,8 @@ class Vehicle:
         self.frozen = gc.get_freeze_count()
         return Ticked()
 
-    def end(self) -> None:
-        self.ended = True
+    def end(self, *, crashed: bool) -> None:
+        self.ended, self.crashed = True, crashed
 
 
 def ran(vehicle: Any, period_s: float, ticks: int, *, at_once: bool) -> Any:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clearway.live.link.hearing import HOLDS
 from clearway.live.link.link_state import LinkState
+from clearway.live.link.set_point import HOLDS
 from clearway.mavlink.set_points import FOLLOW
 from mavlink_for_tests import (
     SET_POINT,

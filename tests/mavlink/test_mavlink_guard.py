@@ -195,8 +195,10 @@ def test_what_is_no_command_is_counted(command: Any, reason: str) -> None:
 def test_a_vehicle_that_cannot_stop_takes_no_sticks() -> None:
     link = GuardedLink("flies on")
     link.tick(0, east_m=-40.0)
-    link.tick(1, sticks(x=500), -40.0)
+    out = link.tick(1, sticks(x=500), -40.0)
     assert link.counts["wish: sticks are not for a vehicle that cannot stop"] == 1
+    assert "sticks are refused" in words(out), "the pilot is told"
+    assert any('kind = "multirotor"' in note for note in out.notes)
     assert link.tick(2, set_point((1.0, 0.1, 0.0)), -40.0).guarded.velocity_mps[1] > 0.9
 
 

@@ -70,6 +70,7 @@ def guard(
     fan_deg: mavlink_options.Fan = 0.0,
     heartbeat_s: mavlink_options.Heartbeat = 3.0,
     lock_step: mavlink_options.LockStep = False,
+    hand: mavlink_options.Hand = True,
     duration: Annotated[
         float | None, typer.Option(min=0.0, help="End after so many seconds; default: at Ctrl-C.")
     ] = None,
@@ -114,6 +115,7 @@ def guard(
         loop, link = _on_mavlink(what, options, terms)
     session: GuardSession = link.session if connect is None else link.session.core
     with closing(link):
+        _begin_hand(loop, link, signing_key, wanted=hand, on_mavlink=connect is not None)
         over = partial(getattr, getattr(link, "bus", None), "ended", False)
         with stop_rule(lasts, ended=over) as stop:
             report = loop.run(stop, GuardWatch().show)
@@ -127,6 +129,20 @@ def guard(
             print("\n".join(["missing:", *missing]) if missing else "all is there")
     if missing if check else not result["wishes"]:
         leave(NOT_REACHED)
+
+
+def _begin_hand(
+    loop: Loop, link: Any, signing_key: Path | None, *, wanted: bool, on_mavlink: bool
+) -> None:
+    if on_mavlink:
+        from clearway.mavlink.hand import begin_mavlink_hand
+
+        over = link.autopilot
+        begin_mavlink_hand(loop, over, key=signing_key, wanted=wanted, log=None, notice=say)
+    else:
+        from clearway.ros2.hand import begin_ros2_hand
+
+        begin_ros2_hand(loop, link, wanted=wanted, notice=say)
 
 
 def _on_topics(

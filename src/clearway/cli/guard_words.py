@@ -45,13 +45,19 @@ class GuardWatch:
 
 def summarize_guard(session: GuardSession, report: LoopReport) -> dict[str, Any]:
     tally = session.tally
+    wished = sum(tally[what] for what in ("passed", "slowed", "nearest", "replaced"))
     return {
         "acting": session.terms.act,
         "state": str(session.state),
         "wishes": tally["wishes"],
         "passed": tally["passed"],
         "slowed": tally["slowed"],
+        "nearest": tally["nearest"],
         "replaced": tally["replaced"],
+        "changed_mps": {
+            "mean": round(session.changed_mps / max(1, wished), 3),
+            "max": round(session.most_changed_mps, 3),
+        },
         "without_a_wish": tally["without a wish"],
         "ticks": report.ticks,
         "late": report.late,
@@ -71,11 +77,14 @@ def told_by(link: Any) -> dict[str, Any]:
 
 
 def describe_guard(result: dict[str, Any]) -> str:
+    changed = result["changed_mps"]
     lines = [
         f"guardian   {'acting' if result['acting'] else 'read-only'}; the link at the end: "
         f"{result['state']}",
         f"wishes     {result['wishes']}; ticks: {result['passed']} passed, {result['slowed']} "
-        f"slowed, {result['replaced']} replaced, {result['without_a_wish']} without a wish",
+        f"slowed, {result['nearest']} the nearest velocity, {result['replaced']} replaced, "
+        f"{result['without_a_wish']} without a wish",
+        f"changed    by {changed['mean']:.2f} m/s in the mean, {changed['max']:.2f} at most",
         f"ticks      {result['ticks']}, {result['late']} late",
     ]
     for title in ("heard", "refused", "left_out", "sent"):

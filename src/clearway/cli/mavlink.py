@@ -7,7 +7,9 @@ import math
 import shutil
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -73,6 +75,7 @@ def mavlink(
         float, typer.Option(min=0.1, help="Of a simulated vehicle's clock against ours.")
     ] = 1.0,
     lock_step: mavlink_options.LockStep = False,
+    hand: mavlink_options.Hand = True,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the log of decisions and the summary.")
     ] = None,
@@ -115,6 +118,8 @@ def mavlink(
         speedup=None if lock_step else speedup,
         ask=ask or check,
     )
+    from clearway.mavlink.hand import begin_mavlink_hand
+
     loop, link = set_up_mavlink(file, options, say)
     if check:
         _check(loop, link, duration, as_json=as_json)
@@ -122,7 +127,8 @@ def mavlink(
     with ExitStack() as stack:
         stack.callback(link.close)
         stop = stack.enter_context(stop_rule(duration, arrival=end_on_arrival))
-        result = _run(loop, link, stop, file, rate, folder, stack, as_json=as_json)
+        begin = partial(begin_mavlink_hand, loop, link, key=signing_key, wanted=hand, notice=say)
+        result = _run(loop, link, stop, file, rate, folder, stack, begin, as_json=as_json)
     if not _is_good(result):
         leave(NOT_REACHED)
 
@@ -180,6 +186,7 @@ def _run(
     rate: float,
     out: ResultsFolder | None,
     stack: ExitStack,
+    begin_hand: Callable[..., None],
     *,
     as_json: bool,
 ) -> dict[str, Any]:
@@ -192,6 +199,7 @@ def _run(
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")
         log = stack.enter_context((folder / "decisions.jsonl").open("w", encoding="utf-8"))
+    begin_hand(log=None if log is None else log.fileno())
     record = SessionRecord(link.session, log, say)
     commentary = _Commentary(link.session.core)
 

@@ -36,6 +36,13 @@ Fan = Annotated[
 Heartbeat = Annotated[
     float, typer.Option(min=0.5, help="The link counts as lost after so long without a heartbeat.")
 ]
+Hand = Annotated[
+    bool,
+    typer.Option(
+        "--hand/--no-hand",
+        help="With --act: a second process flies the escape to its end if this one dies or stalls.",
+    ),
+]
 LockStep = Annotated[
     bool, typer.Option("--lock-step", help="A simulated vehicle waits for our set-points.")
 ]

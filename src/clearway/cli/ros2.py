@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli import ros2_bus
+from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.flight_time import FlightTime
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
@@ -37,11 +37,13 @@ def ros2(
     end_on_arrival: Annotated[
         bool, typer.Option("--end-on-arrival", help="End at the last goal instead of holding it.")
     ] = False,
+    hand: mavlink_options.Hand = True,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
+    from clearway.ros2.hand import begin_ros2_hand
     from clearway.ros2.parameters import Names, read_parameters
     from clearway.ros2.setup import set_up_ros2
 
@@ -58,6 +60,7 @@ def ros2(
 
     loop, link = set_up_ros2(given, names, open_bus, say)
     try:
+        begin_ros2_hand(loop, link, wanted=hand, notice=say)
         lasts = BUS_CHECK_S if check else duration
         over = partial(getattr, link.bus, "ended", False)
         with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:

@@ -195,6 +195,20 @@ class Plan:
         """Until when it may be flown without a new decision; -inf before the first one."""
         return min(self.decide_by_s, self.buffer.end_s)
 
+    def escape_ends_s(self, now_s: float) -> float | None:
+        """When its escape has been flown: at its stop, or after two rounds of its loop, the first
+        one verified and the next one alike. None where there is no escape."""
+        way = self.way_out
+        if way is None:
+            # Nothing is near: the plan itself can be flown until then.
+            is_free = self.decision is not None and self.decision.way_out is not None
+            return max(now_s, self.holds_until_s) if is_free else None
+        loop = self.automaton.chain(way.loop)
+        round_s = sum(movement.duration_s for movement in loop)
+        stands = all(self._leads_nowhere(movement) for movement in way.loop)
+        ends_s = self.buffer.end_s - round_s if stands else self.buffer.end_s + round_s
+        return max(ends_s, now_s if stands else now_s + round_s)
+
     def due(self, now_s: float, goal: int) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on to the same goal."""
         if not self.buffer.entries or now_s >= self.buffer.end_s - TIME_TOLERANCE_S:

@@ -333,6 +333,11 @@ class AvoidanceSystem:
         """Until when the plan may be flown without a new decision; -inf before the first one."""
         return self._known.clock.told(self._plan.holds_until_s)
 
+    def escape_ends_s(self, time_s: float) -> float | None:
+        """When the escape held at a time has been flown, as `Plan.escape_ends_s`."""
+        ends_s = self._plan.escape_ends_s(self._known.clock.own(time_s))
+        return None if ends_s is None else self._known.clock.told(ends_s)
+
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time: of the plan decided last, from that decision to the plan's end.
 

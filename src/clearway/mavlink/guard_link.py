@@ -78,8 +78,8 @@ class GuardMavlinkLink:
         ends = [self.autopilot.frames, self.commands]
         select.select(ends, [], [], max(0.0, seconds))
 
-    def end(self) -> None:
-        self.autopilot.end()
+    def end(self, *, crashed: bool = False) -> None:
+        self.autopilot.end(crashed=crashed)
 
     def close(self) -> None:
         self.commands.close()

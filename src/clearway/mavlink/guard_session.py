@@ -24,6 +24,8 @@ SAID_S = 5.0
 NOTICE = 5
 """MAV_SEVERITY_NOTICE."""
 NO_STICKS = "wish: sticks are not for a vehicle that cannot stop"
+STICKS_REFUSED = "sticks are refused: the vehicle of the mission cannot stop"
+STICKS_NEED = 'for a copter, set kind = "multirotor" in [vehicle]'
 NO_FRAME = "wish: where the local frame lies is not known yet"
 OTHER_VEHICLE, UNUSABLE = "wish: for another vehicle", "wish: cannot be used"
 
@@ -37,7 +39,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         super().__init__(core, sensor, terms, counts)
         self._sticks = Sticks.of(core.planner)
         self._said: bool | None = None
-        self._said_s = -math.inf
+        self._said_s = self._refused_s = -math.inf
 
     def take_wish(self, arrival: ReceivedMessage, wall_s: float) -> None:
         """What somebody commands; what is no command is counted."""
@@ -52,6 +54,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
                 self.counts[OTHER_VEHICLE] += 1
             elif self._sticks is None:
                 self.counts[NO_STICKS] += 1
+                self._refuse_sticks(wall_s)
             else:
                 self.core.hear_wish(of_sticks(message, self._sticks), None, wall_s)
             return
@@ -63,6 +66,15 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         else:
             maker = of_set_point(message, offset, self.core.speed_mps)
             self.core.hear_wish(maker, message, wall_s)
+
+    def _refuse_sticks(self, wall_s: float) -> None:
+        """Say so to the pilot and on the screen: else nothing happens, and nobody knows why."""
+        if wall_s - self._refused_s < SAID_S:
+            return
+        self._refused_s = wall_s
+        self._answers.notes.append(f"{STICKS_REFUSED}; {STICKS_NEED}")
+        if self.terms.session.act:
+            self._outgoing += self.sayings.text(STICKS_REFUSED)
 
     def _led(self, outcome: TickOutcome) -> list[Message]:
         guarded = outcome.guarded

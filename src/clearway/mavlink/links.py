@@ -40,6 +40,11 @@ class FrameLink(Protocol):
         """Send to whoever sent that from now on."""
         ...
 
+    @property
+    def peer(self) -> Peer:
+        """Where datagrams go; None on a line, and before anybody is known."""
+        ...
+
     def send(self, data: bytes) -> bool:
         """Send one frame, and say whether it went; failures are counted, not raised."""
         ...
@@ -137,6 +142,10 @@ class UdpLink:
         if self._listens:
             self._peer = peer
 
+    @property
+    def peer(self) -> Peer:
+        return self._peer
+
     def send(self, data: bytes) -> bool:
         if self._peer is None:
             self._counts["link: nobody to send to"] += 1
@@ -162,6 +171,7 @@ class SerialLink:
     """A serial line, raw, eight bits, no handshake."""
 
     stream = True
+    peer: Peer = None
 
     def __init__(self, address: Address, counts: Counter[str]) -> None:
         self._counts = counts

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Generic, TypeVar
 
+from clearway.live.handing import Handing
 from clearway.live.link.hearing import Hearing
 from clearway.live.link.outcome import TickOutcome
 from clearway.mavlink.inbox import Inbox
@@ -25,6 +27,7 @@ class MavlinkLink(Generic[S]):
     inbox: Inbox
     session: MavlinkSession[S]
     outbox: Outbox
+    handing: Handing = field(default_factory=Handing)
     _strange_s: float = -1e9
     _told: set[str] = field(default_factory=set)
 
@@ -35,13 +38,18 @@ class MavlinkLink(Generic[S]):
 
     def tick(self, wall_s: float) -> TickOutcome:
         outcome = self.session.tick(wall_s)
-        self.outbox.send(outcome.messages)
+        core = self.session.core
+        sends = partial(self.outbox.send, outcome.messages)
+        outcome = self.handing.send(core, outcome, wall_s, sends)
         return replace(outcome, notes=(*outcome.notes, *self._strangers(wall_s)))
 
     def wait(self, seconds: float) -> None:
         self.frames.wait(seconds)
 
-    def end(self) -> None:
+    def end(self, *, crashed: bool = False) -> None:
+        self.handing.end(self._farewell, crashed=crashed)
+
+    def _farewell(self) -> None:
         self.outbox.send(self.session.farewell(time.monotonic()))
 
     def close(self) -> None:

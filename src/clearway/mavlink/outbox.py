@@ -6,7 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 
 from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
-from clearway.mavlink.signing import SignatureCheck, signing_time
+from clearway.mavlink.signing import TICKS_PER_S, SignatureCheck, signing_time
 
 ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
 """MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
@@ -14,6 +14,9 @@ STANDBY, ACTIVE, CRITICAL = 3, 4, 5
 """MAV_STATE."""
 REMEMBERED = 256
 """Frames sent."""
+LEAP, LEAP_HEARD = TICKS_PER_S // 1000, TICKS_PER_S // 5
+"""By which signatures are later after another process has signed: a millisecond; 0.2 s where the
+newest time is that of a message of others."""
 
 
 class Packer:
@@ -47,6 +50,26 @@ class Packer:
         self._codec.seq = (self._codec.seq + 1) % 256
         return frame
 
+    def pack_ahead(self, messages: Iterable[Message]) -> list[bytes]:
+        """Frames that another process may send later: the numbers of ours do not count them."""
+        signing, number = self._codec.signing, self._codec.seq
+        stamp, frames = signing.timestamp, []
+        for message in messages:
+            frames.append(self.pack(message))
+            signing.timestamp = stamp  # Whoever sends them signs them anew, by the time since.
+        self._codec.seq = number
+        return frames
+
+    def leap(self) -> None:
+        """Sign later than another process has that sent for this one.
+
+        By this computer's clock time has passed since. What is heard of others' clocks steps.
+        """
+        heard, now = 0 if self._check is None else self._check.newest, signing_time()
+        signing = self._codec.signing
+        leap = LEAP if heard <= now else LEAP_HEARD
+        signing.timestamp = max(signing.timestamp, max(now, heard) + leap)
+
 
 class Outbox:
     """Sends messages and counts those that went, by type."""
@@ -55,6 +78,14 @@ class Outbox:
         self.sent: Counter[str] = Counter()
         self._packer, self._send = packer, send
         self._lately: deque[bytes] = deque(maxlen=REMEMBERED)
+
+    def pack_ahead(self, messages: Iterable[Message]) -> list[bytes]:
+        """As `Packer.pack_ahead`."""
+        return self._packer.pack_ahead(messages)
+
+    def leap(self) -> None:
+        """As `Packer.leap`."""
+        self._packer.leap()
 
     def is_ours(self, frame: bytes) -> bool:
         """Whether a frame is one of the last that were sent: routers may bring them back."""

@@ -22,8 +22,8 @@ class Px4Link(Px4Topics[Session], Ros2Link):
         self.before_tick(wall_s)
         return self.after_tick(super().tick(wall_s), wall_s)
 
-    def end(self) -> None:
-        super().end()
+    def end(self, *, crashed: bool = False) -> None:
+        super().end(crashed=crashed)
         self.leave()
 
 
@@ -45,6 +45,6 @@ class Px4GuardLink(Px4Topics[GuardSession], GuardLink):
         self.before_tick(wall_s)
         return self.after_tick(super().tick(wall_s), wall_s)
 
-    def end(self) -> None:
-        super().end()
+    def end(self, *, crashed: bool = False) -> None:
+        super().end(crashed=crashed)
         self.leave()

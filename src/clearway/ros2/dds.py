@@ -88,7 +88,7 @@ class DdsBus:
             self._participant: Any = DomainParticipant(domain)
         except DDSException as refused:
             raise InputError(f"DDS domain {domain}", f"cannot be opened: {refused}") from refused
-        self.name, self.recorded = f"DDS domain {domain}", False
+        self.name, self.recorded, self.domain = f"DDS domain {domain}", False, domain
         self._discovered = DiscoveredPublishers(self._participant)
         self._asked: dict[str, tuple[str, Quality]] = {}
         self._topics: dict[str, Any] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from clearway.base.frames import FloatArray
@@ -52,9 +53,8 @@ class GuardLink(TopicLink[GuardSession]):
     def tick(self, wall_s: float) -> TickOutcome:
         outcome = self.session.tick(wall_s)
         guarded, frame = outcome.guarded, self.parameters.map_frame
-        if outcome.set_point is not None and self.parameters.act:
-            for one in self.parameters.set_points:
-                self.publish(one.topic, self._message(one, outcome, outcome.set_point))
+        sends = partial(self._tell_set_point, outcome)
+        outcome = self.handing.send(self.session, outcome, wall_s, sends)
         if guarded is not None:
             self.publish("~/decision", told.string_of(told.guarded_row(outcome)))
             decision = guarded.decision
@@ -65,6 +65,11 @@ class GuardLink(TopicLink[GuardSession]):
                 self.publish("~/way_out", told.path_message(way, time_s, frame))
         self.diagnose(outcome, wall_s, "" if guarded is None else guarded.why)
         return replace(outcome, notes=(*outcome.notes, *self.news()))
+
+    def _tell_set_point(self, outcome: TickOutcome) -> None:
+        if outcome.set_point is not None and self.parameters.act:
+            for one in self.parameters.set_points:
+                self.publish(one.topic, self._message(one, outcome, outcome.set_point))
 
     def _message(self, one: SetPointParameters, outcome: TickOutcome, point: SetPoint) -> Any:
         """The wish as it came where it passed, else what is flown in its place."""
@@ -80,7 +85,10 @@ class GuardLink(TopicLink[GuardSession]):
             return self.velocity_message(one, velocity, rate, time_s)
         return told.make_velocity_message(one.type, velocity, rate, time_s, given.map_frame)
 
-    def end(self) -> None:
+    def end(self, *, crashed: bool = False) -> None:
+        self.handing.end(self._farewell, crashed=crashed)
+
+    def _farewell(self) -> None:
         """To hold, where the vehicle was led."""
         last = self.session.farewell() if self.parameters.act else None
         if last is None:

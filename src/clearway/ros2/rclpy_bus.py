@@ -31,7 +31,7 @@ class RclpyBus:
         )
         self._node = self._rclpy.create_node(node, namespace=namespace or None)
         self.name = f"rclpy, node {self._node.get_fully_qualified_name()}"
-        self.recorded = False
+        self.recorded, self.namespace = False, namespace
         self.lost: Counter[str] = Counter()
         self._came: list[TopicMessage] = []
         self._writers: dict[str, Any] = {}

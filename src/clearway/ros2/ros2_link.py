@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -74,8 +75,8 @@ class Ros2Link(TopicLink[Session]):
         outcome = self.session.tick(wall_s)
         if outcome.flight is not None:
             self._tell_decision(outcome)
-        if outcome.set_point is not None:
-            self._tell_set_point(outcome.set_point, outcome.time_s)
+        sends = partial(self._tell_set_point, outcome.set_point, outcome.time_s)
+        outcome = self.handing.send(self.session, outcome, wall_s, sends)
         self.diagnose(outcome, wall_s)
         return replace(outcome, notes=(*outcome.notes, *self.news()))
 
@@ -89,13 +90,17 @@ class Ros2Link(TopicLink[Session]):
         self.publish("~/decision", told.string_of(told.decision_row(flight, outcome)))
         self.publish("~/markers", told.markers(flight, time_s, frame))
 
-    def _tell_set_point(self, point: SetPoint, time_s: float) -> None:
+    def _tell_set_point(self, point: SetPoint | None, time_s: float) -> None:
         given = self.parameters
-        for one in given.set_points if given.act else ():
+        if point is None or not given.act:
+            return
+        for one in given.set_points:
             self.publish(one.topic, self.set_point_message(one, point, time_s))
 
-    def end(self) -> None:
+    def end(self, *, crashed: bool = False) -> None:
+        self.handing.end(self._farewell, crashed=crashed)
+
+    def _farewell(self) -> None:
         """To hold, where the vehicle was led."""
         last = self.session.farewell() if self.parameters.act else None
-        if last is not None:
-            self._tell_set_point(last, self.session.clock.now(time.monotonic()))
+        self._tell_set_point(last, self.session.clock.now(time.monotonic()))

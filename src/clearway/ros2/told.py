@@ -166,6 +166,8 @@ def guarded_row(outcome: TickOutcome) -> dict[str, Any]:
         "time_s": round(outcome.time_s, 6),
         "link": str(outcome.state),
         "passed": guarded.passed,
+        "what": guarded.what,
+        "changed_mps": None if guarded.changed_mps is None else rounded(guarded.changed_mps, 3),
         "why": guarded.why,
         "velocity_mps": [round(v, 3) for v in guarded.velocity_mps.tolist()],
         "yaw_rate_rps": round(guarded.yaw_rate_rps, 4),

@@ -9,6 +9,7 @@ from typing import Any
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
+from clearway.live.handing import Handing
 from clearway.live.link.aircraft import AircraftReport
 from clearway.live.link.status import VehicleStatus
 from clearway.ros2 import told
@@ -64,6 +65,7 @@ class TopicLink(TopicTeller[S]):
         )
         self._clouds = PlacedClouds(self.transforms, parameters.base_frame, lidars)
         self._by_topic: dict[str, Heard] = {}
+        self.handing = Handing()
         for heard in self._all_heard():
             self._by_topic[heard.topic] = heard
             self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)

@@ -68,9 +68,12 @@ class GuardSession(Hearing):
         super().__init__(guardian, sensor, terms, counts)
         self.guardian, self.wish_s = guardian, wish_s
         self.tally: Counter[str] = Counter()
-        """Wishes that came, and ticks: passed, slowed, replaced, without a wish."""
+        """Wishes that came, and ticks: passed, slowed, nearest, replaced, without a wish."""
+        self.changed_mps = self.most_changed_mps = 0.0
+        """By how much wishes were changed: the sum of all ticks with one, and the most."""
         self._wished: Wished | None = None
         self._is_new = False  # Whether a wish has come since the last tick.
+        self._now_s = 0.0  # Of the last tick.
 
     # --- in -------------------------------------------------------------------------------
 
@@ -103,6 +106,7 @@ class GuardSession(Hearing):
     def tick(self, wall_s: float) -> TickOutcome:
         """Hold the newest wish against all that is known, and say what is to be flown."""
         now, self._is_new = self.clock.now(wall_s), False
+        self._now_s = now
         self.guardian.floor_m = self.floor_m
         self._note_hand_over()
         self._take_scans()
@@ -151,8 +155,10 @@ class GuardSession(Hearing):
             return None
         wish = None if wished is None else self._turning(wished.wish_of(self.motion))
         guarded = self.guardian.guard(wish, now, own_velocity_mps=self.motion.velocity_mps)
-        what = "slowed" if guarded.slowed else "passed" if guarded.passed else "replaced"
-        self.tally["without a wish" if wish is None else what] += 1
+        self.tally["without a wish" if wish is None else guarded.what] += 1
+        if guarded.changed_mps is not None:
+            self.changed_mps += guarded.changed_mps
+            self.most_changed_mps = max(self.most_changed_mps, guarded.changed_mps)
         return guarded
 
     def _turning(self, wish: Wish) -> Wish:
@@ -183,3 +189,11 @@ class GuardSession(Hearing):
             return None
         age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
         return ahead.led_by_at_most(self._own.position_m, self.speed_mps * (MOST_LEAD_S + age_s))
+
+    def _escape_lasts_s(self) -> float | None:
+        begins_s = self._now_s + self.terms.lead_s
+        ends_s = self.guardian.escape_ends_s(begins_s)
+        return None if ends_s is None else ends_s - begins_s
+
+    def _on_escape(self, later_s: float) -> SetPoint | None:
+        return self.guardian.set_point_at(self._now_s + self.terms.lead_s + later_s)

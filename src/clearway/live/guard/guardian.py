@@ -34,6 +34,7 @@ from clearway.live.guard.braking import find_braking
 from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
 from clearway.live.guard.held import Held
 from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
+from clearway.live.guard.nearby import velocities_near
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.inputs.own_states import split_velocity
@@ -198,6 +199,27 @@ class Guardian:
         self, wish: Wish | None, now_s: float, *, own_velocity_mps: npt.ArrayLike | None = None
     ) -> Guarded:
         """A wish, or None where nobody wishes anything: what is in hand is flown on then."""
+        guarded = self._guard(wish, now_s, own_velocity_mps)
+        if wish is None:
+            return guarded
+        return replace(guarded, changed_mps=self._changed_mps(wish, guarded))
+
+    def _changed_mps(self, wish: Wish, guarded: Guarded) -> float:
+        """By how much what is flown is off a wish when that ends to count: what replaces it begins
+        with the own velocity."""
+        if guarded.passed or self.held is None:
+            return 0.0
+        wished = wish.velocity_from(guarded.set_point.position_m, self.hold_s)
+        _, flown = self.held.at(self._known.clock.own(guarded.time_s) + self.hold_s)
+        if guarded.is_velocity:
+            flown = guarded.velocity_mps
+        if not self.planner.automaton.can_stop and wished.any():
+            wished = wished * (self.planner.speed_mps / float(np.linalg.norm(wished)))
+        return float(np.linalg.norm(flown - wished))
+
+    def _guard(
+        self, wish: Wish | None, now_s: float, own_velocity_mps: npt.ArrayLike | None
+    ) -> Guarded:
         now = self._known.catch_up(now_s)
         state = replace(self._known.own_state(now), time_s=now)
         velocity = self._own_velocity(own_velocity_mps, now)
@@ -221,6 +243,9 @@ class Guardian:
                 self._why = PASSES if same else f"slowed to {fastest:g} m/s; {PASSES}"
                 return self._passes(wish, leg, checked, now_s, unchanged=same)
             self._why = f"the wish {checked.flaw}"
+            near = self._nearest(wish, state, velocity, around, now)
+            if near is not None:
+                return replace(near, time_s=now_s)
         else:
             self._why = "nobody wishes anything"
         decision = self._instead(wish, self._from_held(state, now), velocity, around, now)
@@ -251,6 +276,28 @@ class Guardian:
         clear = ahead.nearest_clear(wished, automaton)
         return None if clear is None else VelocityWish(clear)
 
+    def _nearest(
+        self, wish: Wish, state: State, velocity: FloatArray, around: Situation, now: float
+    ) -> Guarded | None:
+        """The velocity nearest to a wished one that keeps the margin and leaves a way out; None
+        where there is none, for paths, and for vehicles that cannot stop."""
+        if not self.planner.automaton.can_stop or not isinstance(wish, VelocityWish):
+            return None
+        held = self.held
+        stands = held is not None and held.leg is None and not held.at(now)[1].any()
+        for near in velocities_near(wish.velocity_mps, stands=stands):
+            other = replace(wish, velocity_mps=near)
+            leg, checked = self._checked(other, state, velocity, around)
+            if checked.flaw or checked.way_out is None:
+                continue
+            if self._evades(other, state, velocity, around) is not None:
+                continue
+            self._hold_leg(leg, checked.way_out, now)
+            self._why += "; the nearest velocity that does not is flown"
+            passes = self._passes(other, leg, checked, now, unchanged=False)
+            return replace(passes, slowed=False, nearest=True)
+        return None
+
     def _from_held(self, state: State, now: float) -> State:
         """The own state that a decision starts from: on what is in hand while the vehicle is near
         it, so that it neither creeps where it holds nor starts anew in the middle of a movement."""
@@ -272,6 +319,12 @@ class Guardian:
         """Where what is in hand has the vehicle at a time; None before anything is."""
         own = self._known.clock.own(time_s)
         return None if self.held is None else replace(self.held.at(own)[0], time_s=time_s)
+
+    def escape_ends_s(self, time_s: float) -> float | None:
+        """When the way out held at a time has been flown, as `AvoidanceSystem.escape_ends_s`."""
+        clock = self._known.clock
+        ends_s = None if self.held is None else self.held.escape_ends_s(clock.own(time_s))
+        return None if ends_s is None else clock.told(ends_s)
 
     def set_point_at(self, time_s: float) -> SetPoint | None:
         """What is in hand as a set-point of a time; None before anything is."""

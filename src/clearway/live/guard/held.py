@@ -58,6 +58,16 @@ class Held:
             return self.movements.start_s
         return self.movements.entries[0].end_s
 
+    def escape_ends_s(self, now_s: float) -> float | None:
+        """When the way out has been flown, as `Plan.escape_ends_s`; None where there is none."""
+        if not self.loop:
+            return None
+        loop = self.automaton.chain(self.loop)
+        round_s = sum(movement.duration_s for movement in loop)
+        stands = all(self.automaton.stands[self.automaton.names.index(one)] for one in self.loop)
+        ends_s = self.movements.end_s - round_s if stands else self.movements.end_s + round_s
+        return max(ends_s, now_s if stands else now_s + round_s)
+
     def at(self, time_s: float) -> tuple[State, FloatArray]:
         """Where it has the vehicle at a time, and with which velocity [3]; world frame."""
         elapsed_s = time_s - self.start.time_s

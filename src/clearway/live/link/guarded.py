@@ -33,6 +33,10 @@ class Guarded:
     """Whether it is the wish, only slower: the vehicle is not that fast."""
     evades: bool = False
     """Whether it is another velocity, past an aircraft that the wish would meet."""
+    nearest: bool = False
+    """Whether it is the velocity nearest to the wished one of those that are safe."""
+    changed_mps: float | None = None
+    """By how much it is off the wish, once what is flown has been reached; None without a wish."""
     decision: Decision | None = None
     """That took the place of the wish, where one was taken now."""
 
@@ -44,8 +48,13 @@ class Guarded:
     @property
     def is_velocity(self) -> bool:
         """Whether a velocity is flown, and not a plan with places and times."""
-        return self.is_wish or self.evades
+        return self.is_wish or self.evades or self.nearest
+
+    @property
+    def what(self) -> str:
+        """What became of the wish, in a word."""
+        marks = (("passed", self.passed), ("slowed", self.slowed), ("nearest", self.nearest))
+        return next((word for word, holds in marks if holds), "replaced")
 
     def __repr__(self) -> str:
-        what = "passed" if self.passed else "slowed" if self.slowed else "replaced"
-        return one_line("Guarded", (f"{self.time_s:g} s", what, self.why))
+        return one_line("Guarded", (f"{self.time_s:g} s", self.what, self.why))

@@ -24,7 +24,7 @@ from clearway.live.link.link_state import LinkFacts, LinkLimits, LinkState
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion
 from clearway.live.link.placed_scans import PlacedScans, ScanMaker
-from clearway.live.link.set_point import SetPoint
+from clearway.live.link.set_point import HOLDS, SetPoint, SetPointAhead, sample_escape
 from clearway.live.link.status import VehicleStatus
 from clearway.live.link.vehicle_clock import Tick, VehicleClock
 from clearway.sensors import Lidar
@@ -34,8 +34,6 @@ SLOWEST = 0.3
 """Share of the speed of a movement below which the heading stands for the direction of flight."""
 MOST_REPORTS = 256
 """Of other aircraft, between two ticks: the newest."""
-HOLDS = 3
-"""How often a last set-point to hold is sent: one may get lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,6 +271,24 @@ class Hearing(ABC):
         """The last set-point, when the session ends: to hold where the vehicle was led to."""
         last, self._last = self._last, None
         return last.held() if last is not None and self.state.may_hold else None
+
+    def escape_ahead(self, sent: SetPoint | None, period_s: float) -> list[SetPointAhead]:
+        """What is held after the last tick, to its end and a hold there; none without an escape.
+
+        sent: the set-point of that tick, with which it begins. period_s: between two of them.
+        """
+        if sent is None or not self.terms.act:
+            return []
+        lasts_s = 0.0 if sent.velocity_mps is None else self._escape_lasts_s()
+        return sample_escape(sent, lasts_s, self._on_escape, period_s, self.floor_m)
+
+    @abstractmethod
+    def _escape_lasts_s(self) -> float | None:
+        """For how long the held escape is flown from the last tick on; None without one."""
+
+    @abstractmethod
+    def _on_escape(self, later_s: float) -> SetPoint | None:
+        """The set-point of the held escape so long after the last tick."""
 
     def _why_state(self, refusal: str | None) -> str:
         if self.state is LinkState.REFUSED:

@@ -34,6 +34,8 @@ class LinkState(StrEnum):
     """No heartbeat of the autopilot."""
     RESTARTED = "autopilot restarted"
     """Its clock began anew, and so may have its local frame: over for good."""
+    RELIEVED = "relieved"
+    """The second process has taken over: over for good."""
     ARRIVED = "arrived"
     """The last goal is held."""
 
@@ -45,6 +47,11 @@ class LinkState(StrEnum):
     def steers(self) -> bool:
         """Whether set-points may be sent."""
         return self.decides or self in (LinkState.STALE, LinkState.ARRIVED)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is sent any more, whatever comes."""
+        return self in (LinkState.RESTARTED, LinkState.RELIEVED)
 
     @property
     def may_hold(self) -> bool:

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from clearway.live.link.hearing import Hearing
-from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import Link, TickOutcome
 
 IDLE_S = 0.2
@@ -66,6 +65,11 @@ class Loop:
         """The same by our clock."""
         return self.period_s / (self.session.terms.speedup or 1.0)
 
+    @property
+    def longest_s(self) -> float:
+        """Between two ticks that are not late, by our clock."""
+        return (LATER if self.at_once else 1.0) * self.wall_period_s
+
     def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
         report, outcome = LoopReport(), None
         in_lock_step = self.session.terms.speedup is None
@@ -75,6 +79,7 @@ class Loop:
         rarely = gc.get_threshold()
         gc.set_threshold(min(rarely[0], NEW_OBJECTS), *rarely[1:])
         began = due = time.monotonic()
+        crashed = True
         try:
             while not stop(time.monotonic() - began, outcome):
                 if in_lock_step:
@@ -85,11 +90,12 @@ class Loop:
                 on_outcome(outcome)
                 report.late += not in_lock_step and time.monotonic() > due + self.wall_period_s
                 due += self.wall_period_s
-                if outcome.state is LinkState.RESTARTED:
+                if outcome.state.is_over:
                     break
+            crashed = False
         finally:
-            # Whatever ends it, a vehicle that is led is told to hold.
-            self.link.end()
+            # Whatever ends it, a vehicle that is led is told to hold, or its escape is flown.
+            self.link.end(crashed=crashed)
             gc.unfreeze()
             gc.set_threshold(*rarely)
         return report

@@ -54,8 +54,9 @@ class Link(Protocol):
         """Until something comes, but no longer."""
         ...
 
-    def end(self) -> None:
-        """Say what is said last: to hold, where the vehicle was led."""
+    def end(self, *, crashed: bool = False) -> None:
+        """Say what is said last: to hold, where the vehicle was led. crashed: leave it to the
+        second process instead, where there is one."""
         ...
 
     def close(self) -> None: ...

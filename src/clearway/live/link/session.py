@@ -59,6 +59,7 @@ class Session(Hearing):
         system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
         self._lead = LeadTime(terms.lead_s)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
+        self._told_s = 0.0  # The vehicle's time of the last tick, as its messages tell it.
 
     # --- in -------------------------------------------------------------------------------
 
@@ -121,7 +122,8 @@ class Session(Hearing):
         if flight is not None and self.motion is not None:
             close = predict_approaches(flight, self.motion, self._intruders.values())
         why_state = self._why_state(self.refusal)
-        set_point = self._sent(now, self._leading(now, min(now, self.clock.arrived(wall_s))))
+        self._told_s = min(now, self.clock.arrived(wall_s))
+        set_point = self._sent(now, self._leading(now, self._told_s))
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )
@@ -177,13 +179,19 @@ class Session(Hearing):
             return self._holding()
         if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
+        following = self._on_plan(told_s)
+        if following is None:
+            return None
+        age_s = max(0.0, told_s + self._lead.seconds - self._own.time_s)
+        lead_m = self.system.planner.speed_mps * (MOST_LEAD_S + age_s)
+        return following.led_by_at_most(self._own.position_m, lead_m)
+
+    def _on_plan(self, told_s: float) -> SetPoint | None:
+        """What the plan asks for at the vehicle's time, ahead by what it is late."""
         ahead = self._planned(told_s + self._lead.seconds)
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
-        speed = self.system.planner.speed_mps
-        age_s = max(0.0, told_s + self._lead.seconds - self._own.time_s)
-        lead_m = speed * (MOST_LEAD_S + age_s)
         asked = self.system.reference_at(ahead.time_s) if self._has_inertia else None
         if asked is not None:
             following = SetPoint.of_reference(asked)
@@ -191,8 +199,15 @@ class Session(Hearing):
             climb = movement.climb_mps or 0.0
             following = SetPoint.following(ahead, movement.speed_mps, climb, movement.yaw_rate_rps)
         # A plan may begin later than the vehicle's time: it is told the way there.
-        following = following.earlier_by(max(0.0, ahead.time_s - told_s - self._lead.seconds))
-        return following.led_by_at_most(self._own.position_m, lead_m)
+        return following.earlier_by(max(0.0, ahead.time_s - told_s - self._lead.seconds))
+
+    def _escape_lasts_s(self) -> float | None:
+        begins_s = self._told_s + self._lead.seconds
+        ends_s = self.system.escape_ends_s(begins_s)
+        return None if ends_s is None else ends_s - begins_s
+
+    def _on_escape(self, later_s: float) -> SetPoint | None:
+        return self._on_plan(self._told_s + later_s)
 
     def _planned(self, time_s: float) -> State | None:
         """Where the plan has the vehicle; it begins with a decision, which news may be older than.

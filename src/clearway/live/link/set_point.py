@@ -1,13 +1,16 @@
-"""Set-points, whatever the link makes of them: follow a plan, or hold a place."""
+"""Set-points, whatever the link makes of them: follow a plan, hold a place, an escape ahead."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.base.frames import FloatArray, measure_length, world_from_body, wrap_angle
 from clearway.base.state import State
+from clearway.hand.handover import MOST_MOMENTS
 from clearway.vehicle.reference import Reference
 
 SINKING_MPS2 = 0.5
@@ -19,6 +22,8 @@ PULL_PER_S, MOST_PULL = 1.0, 0.3
 in own speeds."""
 TURN_PER_S, MOST_TURN_RPS = 1.5, 1.0
 """The same of its nose, for every radian."""
+HOLDS = 3
+"""How often a last set-point to hold is sent: one may get lost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,3 +117,35 @@ class SetPoint:
             velocity = np.array([*velocity[:2], -fastest])
             faster = None if faster is None else np.array([*faster[:2], max(0.0, faster[2])])
         return replace(self, position_m=place, velocity_mps=velocity, acceleration_mps2=faster)
+
+
+class SetPointAhead(NamedTuple):
+    """A set-point, and how long after the present one it is due; by the vehicle's clock."""
+
+    later_s: float
+    set_point: SetPoint
+
+
+def sample_escape(
+    present: SetPoint,
+    lasts_s: float | None,
+    later: Callable[[float], SetPoint | None],
+    period_s: float,
+    floor_m: float,
+) -> list[SetPointAhead]:
+    """The present set-point, those of an escape to its end, and holds at its end.
+
+    lasts_s: None where there is no escape. later: of an escape, by the time after now.
+    """
+    if lasts_s is None:
+        return []
+    step_s = max(period_s, lasts_s / (MOST_MOMENTS - HOLDS - 2))
+    found, due_s = [SetPointAhead(0.0, present)], step_s
+    while due_s < lasts_s + step_s and lasts_s > 0.0:
+        point = later(min(due_s, lasts_s))
+        if point is None:
+            break
+        found.append(SetPointAhead(due_s, point.above(floor_m, point.position_m)))
+        due_s += step_s
+    held, ended_s = found[-1].set_point.held(), found[-1].later_s
+    return found + [SetPointAhead(ended_s + n * step_s, held) for n in range(1, HOLDS + 1)]

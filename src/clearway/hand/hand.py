@@ -1,0 +1,221 @@
+"""The deciding process's side: start the second process, hand over, and ask for the word."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Protocol
+
+from clearway.hand.handover import HandOver, Kind, encode
+from clearway.hand.process import READY
+from clearway.hand.word import Word
+
+LATE_S = 0.02
+"""A set-point that is late by more is sent by the second process."""
+RELIEVED_S, RELIEVED_PERIODS = 1.0, 2.0
+"""Silent for so long, and for so many periods, the deciding process is relieved."""
+ANSWERS_S, TRIES_S = 0.2, 0.0005
+"""The second process gives the word back within this time; and between two tries to take it."""
+STARTS_S = 20.0
+"""The second process watches within this time."""
+ENDS_S = 2.0
+"""It has ended so long after it was told to."""
+QUEUE_BYTES = 1 << 20
+RELIEVED = "the second process has taken over: this one was silent for too long"
+Notice = Callable[[str], None]
+
+
+class Hand(Protocol):
+    """A second process, or none."""
+
+    @property
+    def relieved(self) -> bool:
+        """Whether the second process has taken over for good."""
+        ...
+
+    @property
+    def wants_all(self) -> bool:
+        """Whether the escape is to be handed over though it is the one handed over last."""
+        ...
+
+    def hand_over(self, handed: HandOver | None) -> None:
+        """Give a pulse; and the escape, where it is another one than before."""
+        ...
+
+    def speak(self, send: Callable[[], None]) -> bool:
+        """Send while no one else may; false where that is not to be any more."""
+        ...
+
+    def end(self) -> None:
+        """In good order: nothing is to be flown."""
+        ...
+
+    def leave(self) -> bool:
+        """Without a word, as by death: whether there is a second process to fly the escape."""
+        ...
+
+
+class NoHand:
+    """Only one process: it may always speak."""
+
+    relieved = False
+    wants_all = False
+
+    def hand_over(self, handed: HandOver | None) -> None: ...
+
+    def speak(self, send: Callable[[], None]) -> bool:
+        send()
+        return True
+
+    def end(self) -> None: ...
+
+    def leave(self) -> bool:
+        return False
+
+
+class SecondProcess:
+    """A running second process; see `start`."""
+
+    def __init__(
+        self, process: subprocess.Popen[bytes], end: socket.socket, word: Word, notice: Notice
+    ) -> None:
+        self._process, self._end, self._word, self._notice = process, end, word, notice
+        self.on_return: Callable[[], None] = lambda: None
+        """Called once the word is back from a second process that stood in."""
+        self.relieved, self.wants_all = False, True
+        self._gone = False
+
+    @classmethod
+    def start(
+        cls,
+        module: str,
+        sender: Mapping[str, object],
+        descriptors: Sequence[int],
+        period_s: float,
+        *,
+        log: int | None,
+        notice: Notice,
+    ) -> SecondProcess:
+        """Start it: `python -m module`, with a sender that `module` understands.
+
+        descriptors: that the sender needs. period_s: at most, between two set-points, by our clock.
+        """
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        word = Word.new()
+        given = {
+            "end": theirs.fileno(),
+            "word": word.descriptor,
+            "late_s": period_s + LATE_S,
+            "relieved_s": max(RELIEVED_S, RELIEVED_PERIODS * period_s),
+            "pid": os.getpid(),
+            "log": log,
+            "sender": dict(sender),
+        }
+        kept = [theirs.fileno(), word.descriptor, *descriptors, *([] if log is None else [log])]
+        process = subprocess.Popen(
+            [sys.executable, "-m", module, json.dumps(given)],
+            pass_fds=kept,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        theirs.close()
+        with suppress(OSError):
+            ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, QUEUE_BYTES)
+        hand = cls(process, ours, word, notice)
+        hand._wait_until_ready()
+        return hand
+
+    def _wait_until_ready(self) -> None:
+        with suppress(OSError):
+            self._end.settimeout(STARTS_S)
+            if self._end.recv(len(READY)) == READY:
+                self._end.setblocking(False)
+                return
+        self._process.kill()
+        self._process.wait()
+        self._lost("did not start")
+
+    def hand_over(self, handed: HandOver | None) -> None:
+        kind = Kind.PULSE if handed is None else Kind.ESCAPE
+        came = self._tell(kind, handed)
+        if handed is not None:
+            self.wants_all = not came
+
+    def speak(self, send: Callable[[], None]) -> bool:
+        if self.relieved:
+            return False
+        if not self._word.take() and not self._asks_back():
+            return False
+        try:
+            if self._word.is_marked:
+                self._step_back()
+                return False
+            send()
+            return True
+        finally:
+            self._word.give()
+
+    def _asks_back(self) -> bool:
+        """Take the word back from a second process that stood in; it may keep it for good."""
+        self._tell(Kind.PULSE, None)
+        until = time.monotonic() + ANSWERS_S
+        while not self._word.take():
+            if self._word.is_marked:
+                self._step_back()
+                return False
+            if time.monotonic() > until:
+                self._process.kill()  # It hangs with the word: nobody would speak.
+                self._process.wait()
+                self._lost("hung, and was killed")
+                return self._word.take()
+            time.sleep(TRIES_S)
+        self.on_return()
+        return True
+
+    def _step_back(self) -> None:
+        self.relieved = True
+        self._notice(RELIEVED)
+
+    def _tell(self, kind: Kind, handed: HandOver | None) -> bool:
+        if self._gone or self.relieved:
+            return False
+        try:
+            self._end.send(encode(kind, time.monotonic(), handed))
+        except BlockingIOError:
+            return False  # It does not keep up: the next one is whole again.
+        except OSError:
+            self._lost("has ended")
+            return False
+        return True
+
+    def _lost(self, how: str) -> None:
+        if self._word.is_marked:
+            self._step_back()
+        elif not self._gone:
+            self._gone = True
+            self._notice(f"the second process {how}: if this one dies, nobody flies its escape")
+
+    def end(self) -> None:
+        """Nothing is left behind, unless it flies the escape."""
+        self._tell(Kind.END, None)
+        self._end.close()
+        if self.relieved:
+            return
+        try:
+            self._process.wait(ENDS_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def leave(self) -> bool:
+        flies = not self._gone and self._process.poll() is None
+        self._gone = self.relieved = True
+        self._end.close()
+        return flies

@@ -1,0 +1,203 @@
+"""The second process, told everything by a deciding process that the test can kill or stop."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from hand_pair import Pair, is_running
+
+
+@pytest.fixture
+def heard() -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        one.settimeout(3.0)
+        yield one
+
+
+@pytest.fixture
+def pair(tmp_path: Path, heard: socket.socket) -> Iterator[Callable[[str], Pair]]:
+    begun: list[Pair] = []
+
+    def begin(script: str) -> Pair:
+        begun.append(Pair(tmp_path, heard, script))
+        return begun[-1]
+
+    yield begin
+    for one in begun:
+        one.decider.kill()
+        one.decider.communicate()
+        if is_running(one.hand):
+            os.kill(one.hand, signal.SIGKILL)
+
+
+def test_killed_its_escape_is_flown_to_the_end_and_nothing_else(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair("fly(100)")
+    both.until("own 3")
+    both.decider.kill()
+    came = both.until("over")
+    numbers = [int(text.split()[1]) for text in came if text.startswith("hand")]
+    last = numbers[-1]
+    assert "begins" in came
+    # All of the escape that was handed over last, each once, none of another.
+    assert numbers == list(range(numbers[0], last + 1))
+    assert last >= 3 + 7
+    assert both.hand_ends()
+    assert [row["hand"] for row in both.rows()] == ["flies the escape", "has flown the escape"]
+    assert both.rows()[0]["why"] == "the deciding process died"
+
+
+def test_stopped_it_is_relieved_and_says_so_once_it_goes_on(pair: Callable[[str], Pair]) -> None:
+    both = pair("ok = fly(100); hand.end(); print(ok, said, flush=True)")
+    both.until("own 3")
+    both.stop()
+    came = both.until("over")
+    assert not [text for text in came if text.startswith("own")]
+    both.decider.send_signal(signal.SIGCONT)
+    output = both.ended()
+    assert output.startswith("False ['the second process has taken over")
+    both._heard.settimeout(0.3)
+    with pytest.raises(TimeoutError):
+        both.next()  # Nobody speaks any more.
+    assert both.hand_ends()
+
+
+def test_stopped_only_for_a_moment_it_goes_on_and_the_other_is_silent_again(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair("print(fly(12), said, flush=True); hand.end()")
+    both.until("own 3")
+    both.stop()
+    assert both.until("hand 5")
+    both.decider.send_signal(signal.SIGCONT)
+    came = both.until("own 11")
+    assert [text for text in came if text.startswith("own")] == [f"own {n}" for n in range(4, 12)]
+    output = both.ended()
+    assert output.startswith("True []")
+    assert both.hand_ends()
+    assert both.rows() == []
+
+
+def test_late_by_a_hair_over_and_over_it_stays_in_command(pair: Callable[[str], Pair]) -> None:
+    both = pair("print(fly(20, late_s=0.021), said, flush=True); hand.end()")
+    came = both.until("own 19")
+    assert [text for text in came if text.startswith("own")] == [f"own {n}" for n in range(20)]
+    output = both.ended()
+    assert output.startswith("True []")
+    assert "begins" not in came
+
+
+def test_killed_before_its_first_escape_nothing_is_flown_and_that_is_said(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair(
+        "none = escape(0, 0)._replace(why_none='no escape was held')\n"
+        "for n in range(100): hand.hand_over(none); speak(b'own'); time.sleep(0.1)"
+    )
+    both.until("own")
+    both.decider.kill()
+    assert set(both.until("nothing")) <= {"own", "nothing"}
+    assert both.hand_ends()
+    (row,) = both.rows()
+    assert row["hand"] == "flies nothing"
+    assert row["why"] == "the deciding process died; no escape was held"
+
+
+def test_a_broken_hand_over_is_not_flown_nor_is_the_one_before(pair: Callable[[str], Pair]) -> None:
+    both = pair(
+        "fly(3)\n"
+        "broken = bytearray(encode(Kind.ESCAPE, time.monotonic(), escape(50, 8)))\n"
+        "broken[60] ^= 4\n"
+        "hand._end.send(bytes(broken)); speak(b'broken'); time.sleep(60)"
+    )
+    both.until("broken")
+    both.decider.kill()
+    assert both.hand_ends()
+    both._heard.settimeout(0.3)
+    with pytest.raises(TimeoutError):
+        both.next()
+    assert [row["hand"] for row in both.rows()] == ["holds nothing", "flies nothing"]
+    assert "checksum" in both.rows()[1]["why"]
+
+
+def test_a_whole_one_after_a_broken_one_is_flown(pair: Callable[[str], Pair]) -> None:
+    both = pair("hand._end.send(b'broken'); fly(100)")
+    both.until("own 2")
+    both.decider.kill()
+    assert "begins" in both.until("over")
+
+
+def test_ending_in_good_order_leaves_no_process(pair: Callable[[str], Pair]) -> None:
+    both = pair("fly(3); hand.end(); print('ended', flush=True); time.sleep(60)")
+    assert both.decider.stdout is not None
+    assert both.decider.stdout.readline() == "ended\n"
+    assert not Path(f"/proc/{both.hand}").exists()
+    assert both.rows() == []
+
+
+def test_signals_to_all_of_a_group_do_not_end_it_before_the_escape(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair("fly(100)")
+    both.until("own 3")
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        os.kill(both.hand, number)
+    both.decider.kill()
+    assert "begins" in both.until("over")
+
+
+def test_a_second_process_that_dies_is_noticed_and_flight_goes_on(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair("print(fly(6), said, flush=True); hand.end()")
+    both.until("own 2")
+    os.kill(both.hand, signal.SIGKILL)
+    both.until("own 5")
+    output = both.ended()
+    assert "nobody flies its escape" in output
+    assert output.startswith("True")
+
+
+def test_a_second_process_that_hangs_with_the_word_is_killed(pair: Callable[[str], Pair]) -> None:
+    both = pair("print(fly(30), said, flush=True); hand.end()")
+    both.until("own 3")
+    both.stop()
+    both.until("hand 4")
+    os.kill(both.hand, signal.SIGSTOP)
+    both.decider.send_signal(signal.SIGCONT)
+    both.until("own 29")
+    output = both.ended()
+    assert output.startswith("True")
+    assert "hung" in output
+    assert both.hand_ends()
+
+
+def test_a_decider_stopped_while_it_speaks_is_killed_so_that_only_one_speaks(
+    pair: Callable[[str], Pair],
+) -> None:
+    both = pair(
+        "fly(3)\n"
+        "hand.hand_over(escape(3, 20))\n"
+        "hand.speak(lambda: (way.sendto(b'stops', ('127.0.0.1', port)), time.sleep(60)))"
+    )
+    both.until("stops")
+    assert "begins" in both.until("over")
+    assert both.decider.wait(10) == -signal.SIGKILL
+
+
+def test_it_is_small() -> None:
+    script = (
+        "import sys, clearway.mavlink.hand_process, clearway.hand.process\n"
+        "assert 'numpy' not in sys.modules, 'numpy'"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
