@@ -170,7 +170,9 @@ class FallBack:
         if not len(self._hazards.moving.radius_m):
             return None
         ways = self.ways
-        candidates = self.leaving.lasting(self._hazards) or self.leaving.candidates
+        candidates = self.leaving.lasting(self._hazards)
+        if candidates is None or not len(candidates.nodes):
+            candidates = self.leaving.candidates
         firsts = self.prepared.first_movement[candidates.nodes]
         leave = [
             m

@@ -50,7 +50,7 @@ def lasting_among(
     Returns
     -------
     Candidates | None
-        None for a vehicle without inertia, where nothing moves, and where none lasts.
+        None for a vehicle without inertia, and where nothing moves.
     """
     classes = automaton.classes
     if classes is None or not automaton.has_inertia or not len(moving.radius_m):
@@ -68,4 +68,4 @@ def lasting_among(
         moving,
         margin_m,
     )
-    return among(candidates, lasts) if lasts.any() else None
+    return among(candidates, lasts)

@@ -118,14 +118,16 @@ class Leaving:
         lasting = self.lasting(hazards)
         if lasting is None or self.ways is None:
             return self._choose_among(self.candidates, hazards, strict=strict)
-        taken = self._choose_among(lasting, hazards, strict=strict)
-        choice = taken.choice
-        if taken.good or (choice.basis, choice.limited_by) == (Basis.EMERGENCY, Cause.INTRUDER):
-            return taken
+        if len(lasting.nodes):
+            taken = self._choose_among(lasting, hazards, strict=strict)
+            grounds = taken.choice.basis, taken.choice.limited_by
+            if taken.good or grounds == (Basis.EMERGENCY, Cause.INTRUDER):
+                return taken
         return self._choose_among(self.candidates, hazards, strict=strict, stops=True)
 
     def lasting(self, hazards: Hazards) -> Candidates | None:
-        """Candidates that are clear of what moves for as long as any is looked at, or None."""
+        """Candidates that are clear of what moves for as long as any is looked at; None where that
+        is not asked."""
         automaton, margin_m = self.planner.automaton, self.rated.near.margin_m
         return lasting_among(self.candidates, automaton, self.prepared, hazards.moving, margin_m)
 
