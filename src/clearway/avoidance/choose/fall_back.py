@@ -169,10 +169,16 @@ class FallBack:
         past what stands: nobody dodges an aircraft into a wall."""
         if not len(self._hazards.moving.radius_m):
             return None
+        lasting = self.leaving.lasting(self._hazards)
+        found = [self._leading_past(some, taken) for some in lasting or ()]
+        past = [each for each in found if each is not None]
+        if not past:
+            return self._leading_past(self.leaving.candidates, taken)
+        return max(past, key=lambda each: each.choice.clearance_m)
+
+    def _leading_past(self, candidates: Candidates, taken: Taken) -> Taken | None:
+        """What keeps away best from intruders, of some candidates that leave a way out."""
         ways = self.ways
-        candidates = self.leaving.lasting(self._hazards)
-        if candidates is None or not len(candidates.nodes):
-            candidates = self.leaving.candidates
         firsts = self.prepared.first_movement[candidates.nodes]
         leave = [
             m

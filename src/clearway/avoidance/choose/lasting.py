@@ -7,40 +7,51 @@ than any way out of the path of what comes in two.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from clearway.avoidance.choose.candidates import Candidates, among
 from clearway.avoidance.clear.hazards import MovingHazards
+from clearway.avoidance.clear.loiter import LoiterCircles
 from clearway.avoidance.clear.onward import clear_standing
 from clearway.avoidance.plan.prepared import PreparedReachSet
-from clearway.vehicle.automaton import MovementAutomaton
+from clearway.base.frames import FloatArray
+from clearway.base.state import IntArray
 
 TOLERANCE_S = 1e-9
 """By which times that are alike may differ."""
 AHEAD = 2.5
-"""Of the time that trajectories last, for which a place to stand at is looked at: who leaves it has
-to turn first, by half a turn at most, and gains speed only then."""
+"""Of the time that trajectories of a vehicle with inertia last, for which a place to stand at is
+looked at: to leave it, it has to turn first, by half a turn at most, and gains speed only then."""
 
 
 def stands_for_s(prepared: PreparedReachSet) -> float:
     """For how long a place to stand at is to stay clear of what moves."""
-    return AHEAD * float(prepared.reach_set.end_time_s.max())
+    ahead = AHEAD if len(prepared.loiter.stops.at) else 1.0
+    return ahead * float(prepared.reach_set.end_time_s.max())
+
+
+class Lasting(NamedTuple):
+    """Candidates that end well where something moves."""
+
+    stops: Candidates
+    """The vehicle may stop after them: nothing that moves comes near there for a while."""
+    goes_on: Candidates
+    """They last as long as the longest, and end in motion."""
 
 
 def lasting_among(
     candidates: Candidates,
-    automaton: MovementAutomaton,
     prepared: PreparedReachSet,
     moving: MovingHazards,
     margin_m: float,
-) -> Candidates | None:
-    """Return the candidates that end at rest where nothing that moves comes nearer than the margin
-    for a while, and the others that last as long as the longest.
+) -> Lasting | None:
+    """Return the candidates that are clear of what moves for as long as any is looked at.
 
     Parameters
     ----------
     candidates
-    automaton
     prepared
         The trajectories that the candidates are of.
     moving
@@ -49,23 +60,30 @@ def lasting_among(
 
     Returns
     -------
-    Candidates | None
+    Lasting | None
         None for a vehicle without inertia, and where nothing moves.
     """
-    classes = automaton.classes
-    if classes is None or not automaton.has_inertia or not len(moving.radius_m):
+    stops = prepared.loiter.stops
+    if not len(stops.at) or not len(moving.radius_m):
         return None
-    reach_set, nodes = prepared.reach_set, candidates.nodes
-    lasts = reach_set.end_time_s[nodes] >= float(reach_set.end_time_s.max()) - TOLERANCE_S
-    at = classes.classes_at(reach_set.states[nodes, 3])
-    rests = np.flatnonzero((classes.speed_mps[at] == 0.0) & (classes.climb_mps[at] == 0.0))
-    ends = nodes[rests]
-    lasts[rests] = clear_standing(
-        np.ascontiguousarray(reach_set.samples_m[ends, -1]),
-        reach_set.end_time_s[ends],
+    nodes, end_s = candidates.nodes, prepared.reach_set.end_time_s
+    lasts = end_s[nodes] >= float(end_s.max()) - TOLERANCE_S
+    rests = np.all(stops.ways_m[:, 0, -1] == 0.0, axis=1)[stops.at[nodes]]
+    clear = clear_standing(
+        _stopping_places_m(prepared.loiter, nodes),
+        end_s[nodes],
         stands_for_s(prepared),
-        prepared.paths.sagitta_m[ends],
+        prepared.paths.sagitta_m[nodes],
         moving,
         margin_m,
     )
-    return among(candidates, lasts)
+    return Lasting(among(candidates, clear), among(candidates, lasts & ~rests))
+
+
+def _stopping_places_m(loiter: LoiterCircles, nodes: IntArray) -> FloatArray:
+    """[n, 3] where the vehicle stands once it has braked, straight on from the ends of nodes [n]."""
+    brakes_m = loiter.stops.ways_m[loiter.stops.at[nodes], 0, -1]
+    left = loiter.left[nodes]
+    axes = np.stack([np.cross(left, loiter.up), left, np.broadcast_to(loiter.up, left.shape)], 1)
+    places: FloatArray = loiter.end_m[nodes] + np.einsum("na,nai->ni", brakes_m, axes)
+    return places

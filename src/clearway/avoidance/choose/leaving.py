@@ -14,7 +14,7 @@ import numpy as np
 from clearway.avoidance.choose.candidates import Candidates, Commitment, among
 from clearway.avoidance.choose.choice import choose_by_rules, pick
 from clearway.avoidance.choose.chosen import Basis, Choice
-from clearway.avoidance.choose.lasting import lasting_among, stands_for_s
+from clearway.avoidance.choose.lasting import Lasting, lasting_among, stands_for_s
 from clearway.avoidance.clear.hazards import Cause, Hazards
 from clearway.avoidance.clear.verify import KnownClearances
 from clearway.avoidance.escape.finder import WaysOut
@@ -118,18 +118,23 @@ class Leaving:
         lasting = self.lasting(hazards)
         if lasting is None or self.ways is None:
             return self._choose_among(self.candidates, hazards, strict=strict)
-        if len(lasting.nodes):
-            taken = self._choose_among(lasting, hazards, strict=strict)
-            grounds = taken.choice.basis, taken.choice.limited_by
-            if taken.good or grounds == (Basis.EMERGENCY, Cause.INTRUDER):
-                return taken
+        run_over: Taken | None = None
+        for some in lasting:
+            if len(some.nodes):
+                taken = self._choose_among(some, hazards, strict=strict)
+                if taken.good:
+                    return taken
+                grounds = taken.choice.basis, taken.choice.limited_by
+                run_over = taken if grounds == (Basis.EMERGENCY, Cause.INTRUDER) else None
+        if run_over is not None:
+            return run_over
         return self._choose_among(self.candidates, hazards, strict=strict, stops=True)
 
-    def lasting(self, hazards: Hazards) -> Candidates | None:
+    def lasting(self, hazards: Hazards) -> Lasting | None:
         """Candidates that are clear of what moves for as long as any is looked at; None where that
         is not asked."""
-        automaton, margin_m = self.planner.automaton, self.rated.near.margin_m
-        return lasting_among(self.candidates, automaton, self.prepared, hazards.moving, margin_m)
+        margin_m = self.rated.near.margin_m
+        return lasting_among(self.candidates, self.prepared, hazards.moving, margin_m)
 
     def room_ahead_m(self, way: WayOut) -> float:
         """Distance from intruders on a way out that begins now, inf without any. A stop is looked
