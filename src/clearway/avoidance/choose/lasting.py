@@ -81,7 +81,7 @@ def lasting_among(
 
 
 def _stopping_places_m(loiter: LoiterCircles, nodes: IntArray) -> FloatArray:
-    """[n, 3] where the vehicle stands once it has braked, straight on from the ends of nodes [n]."""
+    """[n, 3] where the vehicle stands once it has braked straight on from the ends of nodes [n]."""
     brakes_m = loiter.stops.ways_m[loiter.stops.at[nodes], 0, -1]
     left = loiter.left[nodes]
     axes = np.stack([np.cross(left, loiter.up), left, np.broadcast_to(loiter.up, left.shape)], 1)
