@@ -123,7 +123,7 @@ class WindEstimate:
         self._latest = _LatestSteps()
         self._last_mps = CALM
         self._leap: tuple[float, ...] | None = None
-        """The latest step, if it was no wind by what was known: it is, if the next tells the same."""
+        """The latest step, if it was no wind as known; it is, if the next tells the same."""
 
     @property
     def sigma_mps(self) -> float:
