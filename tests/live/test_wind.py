@@ -149,3 +149,40 @@ def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     assert run.metrics.margin_violations == 0
     np.testing.assert_allclose(run.decisions[-1].flight.decision.wind_mps, wind, atol=1e-6)
     assert not any("jumped" in reason for reason in run.counts)
+
+
+LONG_S = 4.0
+
+
+@pytest.fixture(scope="module")
+def slow_planner() -> Planner:
+    """Of a plane whose movements take four seconds: its own states come as far apart."""
+    automaton = MovementAutomaton.plane(speed_mps=10.0, duration_s=LONG_S)
+    library = ReachLibrary.load_or_build(automaton, AvoidanceGrid.uniform(range_m=400.0))
+    return Planner.of(library, AvoidanceSettings(escape="off", safety_margin_m=10.0))
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5])
+@pytest.mark.parametrize("course", [0.0, 2.0, 4.0])
+def test_wind_that_nobody_told_is_known_at_the_third_decision(slow_planner, course, share):
+    """Also where it carries the vehicle farther than the margin between two own states."""
+    wind = share * 10.0 * np.array([np.cos(course), np.sin(course), 0.0])
+    mission = Mission("windy", State(np.zeros(3)), waypoints_m=np.array([[900.0, 0.0, 0.0]]))
+    system = AvoidanceSystem(slow_planner, mission)
+    settings = SimulationSettings(wind_mps=tuple(wind), time_limit_s=6.0 * LONG_S)
+    run = simulate(system, BallWorld.of(((0.0, 500.0, 0.0), 1.0)), lidars=[], settings=settings)
+    winds = [entry.flight.decision.wind_mps for entry in run.decisions]
+    assert not winds[0].any()
+    for known in winds[3:]:
+        np.testing.assert_allclose(known, wind, atol=1e-6)
+
+
+def test_one_leap_is_no_wind() -> None:
+    estimate, place = WindEstimate(10.0), np.zeros(3)
+    for number in range(8):
+        before = State(place, time_s=LONG_S * number)
+        flown = place + np.array([10.0 * LONG_S, 0.0, 0.0])
+        place = flown + np.array([0.0, 30.0 if number == 2 else 0.0, 0.0])
+        after = State(place, time_s=LONG_S * (number + 1))
+        estimate.take(before, after, flown, jumped=number == 2)
+        assert not estimate.wind_mps.any()

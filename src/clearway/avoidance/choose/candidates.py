@@ -140,7 +140,9 @@ def price_candidates(
     prepared, prices, moving = rated.prepared, planner.prices, rated.hazards.moving
     reach_set, step_m = prepared.reach_set, prepared.step_m
     arrived = arrival(reach_set, goal, prepared.reach_m, route)
-    ends = complete_ends(prepared, goal, arrived)
+    # Who has arrived may have to move off.
+    moves_off = planner.automaton.has_inertia and len(moving.radius_m) > 0
+    ends = complete_ends(prepared, goal, arrived, leads_past=moves_off)
     if before.planned:
         arrived = replace(arrived, planned=reach_set.node_of(before.planned))
     to_go_m = planner.terminal_cost(reach_set, ends.nodes, goal, arrived, planner.automaton)

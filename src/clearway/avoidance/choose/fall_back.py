@@ -59,14 +59,14 @@ class FallBack:
         """The way out in hand, or a fresh one, flown for its own sake: where nothing leads on, and
         where nobody sees what is ahead and ways out need not lead through what was seen. None where
         that is not so, or where none keeps the whole margin, of intruders too; of who is blind, a
-        lesser one."""
+        lesser one. What moves off in time flies on."""
         ways = self.ways
         if not (self.before.stays if ways.strict else self.before.blind):
             return None
         for share in (1.0, *LESSER_MARGINS) if self.before.blind else (1.0,):
             for way in self._with_share(ways, share):
                 taken = self._flown(way, ())
-                if taken.good:
+                if taken.good and self.leaving.room_ahead_m(way) >= share * ways.margin_m:
                     return taken
         return None
 
@@ -169,14 +169,23 @@ class FallBack:
         past what stands: nobody dodges an aircraft into a wall."""
         if not len(self._hazards.moving.radius_m):
             return None
+        lasting = self.leaving.lasting(self._hazards)
+        found = [self._leading_past(some, taken) for some in lasting or ()]
+        past = [each for each in found if each is not None]
+        if not past:
+            return self._leading_past(self.leaving.candidates, taken)
+        return max(past, key=lambda each: each.choice.clearance_m)
+
+    def _leading_past(self, candidates: Candidates, taken: Taken) -> Taken | None:
+        """What keeps away best from intruders, of some candidates that leave a way out."""
         ways = self.ways
-        firsts = self.prepared.first_movement[self.leaving.candidates.nodes]
+        firsts = self.prepared.first_movement[candidates.nodes]
         leave = [
             m
             for m in np.unique(firsts).tolist()
             if ways.leaves(m) or self.leaving.after(ways, m, strict=True) is not None
         ]
-        allowed = among(self.leaving.candidates, np.isin(firsts, leave))
+        allowed = among(candidates, np.isin(firsts, leave))
         if not len(allowed.nodes):
             return None
         choice = self.leaving.pick(self._hazards, allowed)
@@ -190,7 +199,7 @@ class FallBack:
         choice, ways = beside.choice, self.ways
         if choice.limited_by is not Cause.INTRUDER or ways.under_way is not None:
             return False
-        room_m = ways.room_m(way)
+        room_m = self.leaving.room_ahead_m(way)
         return room_m < ways.margin_m and choice.clearance_m > room_m
 
     def _looks_round(self, banned: tuple[str, ...]) -> Taken | None:
@@ -202,7 +211,8 @@ class FallBack:
             way = ways.after(movement)
             if way is not None:
                 whole = replace(way, begins=(self.leaving.name(movement), *way.begins))
-                return self._flown(whole, banned)
+                if self.leaving.room_ahead_m(whole) >= ways.margin_m:
+                    return self._flown(whole, banned)
         return None
 
     def _unseen(self, taken: Taken) -> Taken:

@@ -14,7 +14,8 @@ import numpy as np
 from clearway.avoidance.choose.candidates import Candidates, Commitment, among
 from clearway.avoidance.choose.choice import choose_by_rules, pick
 from clearway.avoidance.choose.chosen import Basis, Choice
-from clearway.avoidance.clear.hazards import Hazards
+from clearway.avoidance.choose.lasting import Lasting, lasting_among, stands_for_s
+from clearway.avoidance.clear.hazards import Cause, Hazards
 from clearway.avoidance.clear.verify import KnownClearances
 from clearway.avoidance.escape.finder import WaysOut
 from clearway.avoidance.plan.costs import price_of
@@ -112,8 +113,44 @@ class Leaving:
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
         """The best candidate that leaves a way out; where none does, the best that is verified, and
-        where none is, the emergency rule's."""
-        allowed = self.candidates
+        where none is, the emergency rule's. Those come first that are clear of what moves for as
+        long as any; of others, where something moves, only what leaves room to stop is good."""
+        lasting = self.lasting(hazards)
+        if lasting is None or self.ways is None:
+            return self._choose_among(self.candidates, hazards, strict=strict)
+        run_over: Taken | None = None
+        for some in lasting:
+            if len(some.nodes):
+                taken = self._choose_among(some, hazards, strict=strict)
+                if taken.good:
+                    return taken
+                grounds = taken.choice.basis, taken.choice.limited_by
+                run_over = taken if grounds == (Basis.EMERGENCY, Cause.INTRUDER) else None
+        if run_over is not None:
+            return run_over
+        return self._choose_among(self.candidates, hazards, strict=strict, stops=True)
+
+    def lasting(self, hazards: Hazards) -> Lasting | None:
+        """Candidates that are clear of what moves for as long as any is looked at; None where that
+        is not asked."""
+        margin_m = self.rated.near.margin_m
+        return lasting_among(self.candidates, self.prepared, hazards.moving, margin_m)
+
+    def room_ahead_m(self, way: WayOut) -> float:
+        """Distance from intruders on a way out that begins now, inf without any. A stop is looked
+        at for as long as it takes to leave it: who waits until what comes is a movement away has no
+        time to move off."""
+        ways, moving = self.ways, self.rated.hazards.moving
+        if ways is None or not len(moving.radius_m):
+            return np.inf
+        return ways.room_m(way, stands_for_s(self.prepared) if ways.can_stop else 0.0)
+
+    def _choose_among(
+        self, allowed: Candidates, hazards: Hazards, *, strict: bool, stops: bool = False
+    ) -> Taken:
+        """The same of some candidates. stops: only those count as good of which the way out after
+        the first movement keeps the margin from intruders too."""
+        run_over: Taken | None = None
         banned: list[str] = []
         best: Choice | None = None
         narrow: Choice | None = None
@@ -129,6 +166,10 @@ class Leaving:
                 bold = bold or Taken(choice, way, tuple(banned))
                 allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
                 continue
+            if way is not None and stops and self._is_run_over(first, way):
+                run_over = run_over or Taken(choice, way, tuple(banned), leaves=False)
+                allowed = among(allowed, self.prepared.first_movement[allowed.nodes] != first)
+                continue
             if way is not None:
                 if narrow is not None and choice.cost_m > narrow.cost_m + self._narrow_price_m:
                     break
@@ -140,6 +181,8 @@ class Leaving:
         assert best is not None  # There are always candidates.
         if bold is not None:
             return bold
+        if run_over is not None:
+            return run_over
         if narrow is not None:
             without = replace(narrow, basis=Basis.NARROW)
             return Taken(without, banned=tuple(banned), leaves=False)
@@ -158,6 +201,11 @@ class Leaving:
         if strict and not held.certain:
             return None
         return ways.holds(held.after_one, after=first, strict=strict)
+
+    def _is_run_over(self, first: int, way: WayOut) -> bool:
+        """Whether intruders come too near on the way out after a first movement."""
+        whole = replace(way, begins=(self.name(first), *way.begins))
+        return self.room_ahead_m(whole) < self.rated.near.margin_m
 
     def _may_be_flown(self, ways: WaysOut, node: int) -> bool:
         """Whether the way to a node may be flown without a way out: the mission allows it, and its

@@ -1,13 +1,18 @@
-"""Who comes too near where a way goes straight on from its end."""
+"""Who comes too near where a way goes straight on from its end, or stands there."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from clearway.avoidance.clear.clearance import Span, moving_clearance
 from clearway.avoidance.clear.closest import closest_s
+from clearway.avoidance.clear.hazards import MovingHazards
 from clearway.base.arrays import Bools, Floats, Floats2, Floats3, Int32s
 from clearway.base.compiled import compiled
 from clearway.base.rounding import SURELY
+
+STANDING_PARTS = 8
+"""Parts of the time that one stands: what grows counts as large as at the end of a part."""
 
 
 @compiled
@@ -108,3 +113,28 @@ def _note_lack(
         dx, dy, dz = dx + within_s * cx, dy + within_s * cy, dz + within_s * cz
         gap = np.sqrt(dx * dx + dy * dy + dz * dz)
         lack[n] = radius + growth * (ended_s + within_s) - gap > -margin
+
+
+@compiled
+def clear_standing(
+    places: Floats2,
+    since_s: Floats,
+    until_s: float,
+    lacking: Floats,
+    moving: MovingHazards,
+    margin: float,
+) -> Bools:
+    """[n] whether whoever stands at places [n, 3] from a time [n] until another keeps a margin.
+
+    lacking: [n] by how much the vehicle may be nearer than its place.
+    """
+    corners, middle = np.empty((STANDING_PARTS + 1, 3)), np.empty(3)
+    clear = np.ones(len(places), dtype=np.bool_)
+    for n in range(len(places)):
+        for axis in range(3):
+            middle[axis] = places[n, axis]
+            corners[:, axis] = places[n, axis]
+        needed = margin + lacking[n]
+        span = Span(corners, middle, 0.0, since_s[n], max(since_s[n], until_s))
+        clear[n] = moving_clearance(span, moving, needed)[0] >= needed
+    return clear

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearway.avoidance.escape.chains import chain_room
+from clearway.avoidance.escape.chains import chain_room, rounds
 from clearway.avoidance.escape.legs import (
     EscapeTerms,
     carried,
@@ -155,10 +155,12 @@ class WaysOut:
         stands = (ends <= 1e-9) & (np.abs(turns) > 1e-6)
         return {int(m): float(turns[m]) for m in np.flatnonzero(stands)}
 
-    def room_m(self, way: WayOut) -> float:
+    def room_m(self, way: WayOut, least_s: float = 0.0) -> float:
         """Distance from intruders at equal times on the first round of a way out that begins now,
-        no more than twice the margin."""
-        terms, movements = self._terms, self._search.numbers(way.movements)
+        and on as many more as take so long; no more than twice the margin."""
+        terms, loop = self._terms, self._search.numbers(way.loop)
+        again = rounds(loop, self._legs, least_s) if least_s > 0.0 else loop
+        movements = np.concatenate([self._search.numbers(way.begins), again])
         most, at = 2.0 * terms.margin_m, self._start
         return float(chain_room(movements, at, STANDING, 0.0, self._legs, terms, most, -np.inf))
 

@@ -219,9 +219,12 @@ def _leaves_level(reach_set: ReachSet) -> FloatArray:
     return np.where(between & (reach_set.exit_kind == SIDE), nearness, 0.0)
 
 
-def complete_ends(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
-    """Of complete trajectories that can be flown: at the last goal, none leads past it."""
-    if not goal.final or arrived.is_beyond or not np.count_nonzero(arrived.reached):
+def complete_ends(
+    prepared: PreparedReachSet, goal: Goal, arrived: Arrival, *, leads_past: bool = False
+) -> Ends:
+    """Of complete trajectories that can be flown: at the last goal, none leads past it, unless that
+    is asked for."""
+    if leads_past or not goal.final or arrived.is_beyond or not np.count_nonzero(arrived.reached):
         return prepared.ends if prepared.may_stay else prepared.leading_on
     complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
     ends = ends_of(prepared, complete)

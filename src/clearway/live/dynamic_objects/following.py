@@ -67,13 +67,14 @@ class DynamicObjectSettings:
     """How long anything else is."""
 
     @classmethod
-    def of(cls, margin_m: float, speed_mps: float) -> Self:
-        """For a vehicle that keeps a margin at a speed.
+    def of(cls, margin_m: float, speed_mps: float, decides_s: float = 1.0) -> Self:
+        """For a vehicle that keeps a margin at a speed, and decides so often.
 
-        Below a quarter of the own speed a body is hardly farther at the next decision, a second
-        on, than where the last scan showed it: less than half a margin.
+        A slower body is hardly farther at the next decision than where the last scan showed it:
+        less than half a margin, and a quarter of what the vehicle flies.
         """
-        return cls(0.5 * margin_m, 4.0 * margin_m, 0.25 * speed_mps, 3.0 * speed_mps)
+        slowest_mps = min(0.25 * speed_mps, 0.5 * margin_m / decides_s)
+        return cls(0.5 * margin_m, 4.0 * margin_m, slowest_mps, 3.0 * speed_mps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

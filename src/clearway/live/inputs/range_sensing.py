@@ -102,7 +102,8 @@ class RangeSensing:
         self._ground_m = -np.inf if ground is None else ground
         self._scans: dict[str, Scan] = {}
         margin, reach = planner.settings.safety_margin_m, planner.grid.range_m
-        settings = DynamicObjectSettings.of(margin, planner.speed_mps)
+        decides_s = max(movement.duration_s for movement in planner.automaton.movements)
+        settings = DynamicObjectSettings.of(margin, planner.speed_mps, decides_s)
         self._following = Following(settings) if planner.settings.follow_movers else None
         self.free_space: FreeSpace | None = None
         """What was seen to be free: ways out have to lead through it, or at least those out of

@@ -21,7 +21,7 @@ from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import State
 
 WINDOW_S = 10.0
-"""Wind is what carried the vehicle for so long."""
+"""Wind is what carried the vehicle for so long, and for the fewest steps at least."""
 LEAST_S = 2.5
 """Before so much has been flown, nothing is said."""
 SURE = 4.0
@@ -31,6 +31,7 @@ LEAST_OF_SPEED = 0.03
 SURELY_LESS = 0.999
 """Share of a limit below which rounding does not reach it."""
 FEWEST_STEPS = 3
+"""Of a vehicle whose movements last long, own states may come seconds apart."""
 
 
 class Steps(NamedTuple):
@@ -65,7 +66,8 @@ class _LatestSteps:
         return self._rows[self._first : self._end]
 
     def add(self, step: Sequence[float], window_s: float) -> None:
-        """Add a step, and drop the first ones until all last no longer than a window."""
+        """Add a step, and drop the first ones until all last no longer than a window, or few are
+        left."""
         if self._end == len(self._rows):
             kept = self._rows[self._first : self._end]
             self._rows = np.empty((max(64, 2 * len(kept)), 7))
@@ -82,13 +84,13 @@ class _LatestSteps:
 
 @compiled
 def _latest_of(rows: Floats2, first: int, end: int, window_s: float) -> tuple[int, float, float]:
-    """The first row from which on they last no longer than a window, for how long these last, and
-    the fastest of them."""
+    """The first row from which on they last no longer than a window or are few, for how long these
+    last, and the fastest of them."""
     while True:
         lasts_s = 0.0
         for n in range(first, end):
             lasts_s += rows[n, 0]
-        if not lasts_s > window_s:
+        if not lasts_s > window_s or end - first <= FEWEST_STEPS:
             break
         first += 1
     fastest = 0.0
@@ -120,6 +122,8 @@ class WindEstimate:
         self._unfitted: FloatArray | None = None  # Steps whose deviation nobody has asked for yet.
         self._latest = _LatestSteps()
         self._last_mps = CALM
+        self._leap: tuple[float, ...] | None = None
+        """The latest step, if it was no wind as known; it is, if the next tells the same."""
 
     @property
     def sigma_mps(self) -> float:
@@ -157,23 +161,27 @@ class WindEstimate:
         duration = after.time_s - before.time_s
         if not duration > 0.0:
             return
-        if jumped:
-            self.forget()
-            self._last_mps = (after.position_m - flown_m) / duration
-            return
         length = measure_length(flown_m - before.position_m)
         wandering = (length * before.attitude_std_rad) ** 2
         carried = after.position_m - flown_m
-        self._last_mps = carried / duration
-        fastest = measure_length(self._last_mps)
+        last_mps = carried / duration
+        fastest = measure_length(last_mps)
         step = (duration, *carried.tolist(), after.position_std_m, wandering, fastest)
+        if jumped:
+            self.forget()
+            self._last_mps, self._leap = last_mps, step
+            return
+        same_mps = measure_length(last_mps - self._last_mps)
+        if self._leap is not None and same_mps < measure_length(last_mps - self.wind_mps):
+            self._latest.add(self._leap, WINDOW_S + 1e-6)
+        self._last_mps, self._leap = last_mps, None
         self._latest.add(step, WINDOW_S + 1e-6)
         self._fit()
 
     def forget(self) -> None:
         """What was flown is not known, or the own place jumped: steps no longer belong together."""
         self._latest.clear()
-        self._last_mps = CALM
+        self._last_mps, self._leap = CALM, None
 
     def _fit(self) -> None:
         if self._latest.lasts_s < LEAST_S or len(self._latest) < FEWEST_STEPS:
