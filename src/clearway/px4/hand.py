@@ -42,6 +42,7 @@ class ModeEncoding(TopicEncoding):
             "heard": [(link.topic(name), link.release.kind(name)) for name in heard],
             "armed": ARMED,
             "in_mode": (SET_POINT, HOLD),
+            "hold": HOLD,
             "answer": (ANSWER, link.release.kind("ArmingCheckReply")),
         }
 

@@ -17,6 +17,8 @@ from clearway.ros2.bus import Quality, TopicBus
 from clearway.ros2.hand_process import TopicSender, open_end
 from clearway.ros2.messages import pack_message, unpacked
 
+SETTLES_S: Final = 0.1
+"""Topics have no order among each other: Hold follows the last set-point so late."""
 LOST_S: Final = 3.0
 """Without PX4's status for so long, nobody knows which mode it flies."""
 NEWEST = Quality(reliable=False, depth=1)
@@ -26,7 +28,8 @@ class ModeSender(TopicSender):
     """Publishes what is encoded; set-points and commands only while PX4 flies the mode.
 
     given: topics as of a `TopicSender`; "heard": status and arming checks, as (topic, kind) each;
-    "in_mode": channels that are sent in the mode alone; "answer": channel and kind of answers.
+    "in_mode": channels that are sent in the mode alone; "hold": that of the command to Hold;
+    "answer": channel and kind of answers.
     """
 
     def __init__(self, bus: TopicBus, given: dict[str, Any]) -> None:
@@ -37,6 +40,7 @@ class ModeSender(TopicSender):
             bus.subscribe(topic, kind, NEWEST)
         self._armed, self._in_mode = given["armed"], given["in_mode"]
         self._answer_on, self._answer_kind = given["answer"]
+        self._hold_on = given["hold"]
         self._answer = self._question = None
         self._mode: int | None = None
         self._flown: int | None = None
@@ -49,6 +53,8 @@ class ModeSender(TopicSender):
             self._answer = packet.data
             self._reply()
             return True
+        if packet.channel == self._hold_on:
+            self.wait(SETTLES_S)
         if packet.channel in self._in_mode and not self._leads:
             return False
         return super().send(packet, peer, age_s)
