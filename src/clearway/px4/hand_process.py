@@ -41,7 +41,8 @@ class ModeSender(TopicSender):
         self._armed, self._in_mode = given["armed"], given["in_mode"]
         self._answer_on, self._answer_kind = given["answer"]
         self._hold_on = given["hold"]
-        self._answer = self._question = None
+        self._answer: bytes | None = None
+        self._question: int | None = None
         self._mode: int | None = None
         self._flown: int | None = None
         self._status_s = -math.inf
@@ -81,7 +82,7 @@ class ModeSender(TopicSender):
             for came in self._bus.take():
                 message = unpacked(came.raw, self._kinds[came.topic])
                 if came.topic != self._status_topic:
-                    self._question = message.request_id
+                    self._question = int(message.request_id)
                     continue
                 is_armed = message.arming_state == self._armed
                 self._flown = int(message.nav_state) if is_armed else None
