@@ -97,7 +97,7 @@ def stepped_until(px4: SimulatedPx4, true: Any, seconds: float = 90.0) -> bool:
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM], ids=["killed", "ended"])
 def test_px4_holds_when_the_process_goes(px4: SimulatedPx4, how: int, tmp_path: Path) -> None:
-    ours = node(tmp_path, WALL, RING)
+    ours = node(tmp_path, WALL, RING, "--no-hand")
     with all_ended(ours):
         assert stepped_until(px4, lambda: px4.heard["TrajectorySetpoint"] > 10)
         assert px4.flies_external

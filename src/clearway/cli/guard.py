@@ -140,9 +140,9 @@ def _begin_hand(
         over = link.autopilot
         begin_mavlink_hand(loop, over, key=signing_key, wanted=wanted, log=None, notice=say)
     else:
-        from clearway.ros2.hand import begin_ros2_hand
+        from clearway.ros2.hand import TopicEncoding, begin_ros2_hand
 
-        begin_ros2_hand(loop, link, wanted=wanted, notice=say)
+        begin_ros2_hand(loop, TopicEncoding(link), wanted=wanted, notice=say)
 
 
 def _on_topics(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli import ros2_bus
+from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard, told_by
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
@@ -35,12 +35,15 @@ def px4(
     end_on_arrival: Annotated[
         bool, typer.Option("--end-on-arrival", help="End at the last goal instead of holding it.")
     ] = False,
+    hand: mavlink_options.Hand = True,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
     """Fly PX4 as one of its flight modes; needs no ROS. Registers with `act: true` alone."""
+    from clearway.px4.hand import ModeEncoding
     from clearway.px4.setup import set_up_px4, set_up_px4_guard
+    from clearway.ros2.hand import begin_ros2_hand
     from clearway.ros2.parameters import Names, read_parameters
 
     refuse_unusable(backend, None)
@@ -57,10 +60,11 @@ def px4(
     loop, link = set_up(given, Names(namespace, remap=remap or ()), open_bus, say)
     watch = GuardWatch() if guard else NodeWatch()
     with closing(link):
+        begin_ros2_hand(loop, ModeEncoding(link), wanted=hand, notice=say)
         lasts = BUS_CHECK_S if check else duration
         with stop_rule(lasts, arrival=end_on_arrival) as stop:
             report = loop.run(stop, watch.show)
-        missing, forgotten = link.missing(), link.is_forgotten
+        missing, is_over = link.missing(), link.is_forgotten or link.handing.hand.relieved
         if guard:
             result = summarize_guard(link.session, report) | told_by(link)
             words = describe_guard(result)
@@ -75,5 +79,5 @@ def px4(
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
     done = result["wishes"] if guard else result["reached"] or not end_on_arrival
-    if missing if check else forgotten or (given.act and not (done and link.activations)):
+    if missing if check else is_over or (given.act and not (done and link.activations)):
         leave(NOT_REACHED)

@@ -43,7 +43,7 @@ def ros2(
     ] = False,
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
-    from clearway.ros2.hand import begin_ros2_hand
+    from clearway.ros2.hand import TopicEncoding, begin_ros2_hand
     from clearway.ros2.parameters import Names, read_parameters
     from clearway.ros2.setup import set_up_ros2
 
@@ -60,7 +60,7 @@ def ros2(
 
     loop, link = set_up_ros2(given, names, open_bus, say)
     try:
-        begin_ros2_hand(loop, link, wanted=hand, notice=say)
+        begin_ros2_hand(loop, TopicEncoding(link), wanted=hand, notice=say)
         lasts = BUS_CHECK_S if check else duration
         over = partial(getattr, link.bus, "ended", False)
         with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:

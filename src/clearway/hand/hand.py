@@ -216,6 +216,6 @@ class SecondProcess:
 
     def leave(self) -> bool:
         flies = not self._gone and self._process.poll() is None
-        self._gone = self.relieved = True
+        self._gone, self.relieved = True, self.relieved or flies
         self._end.close()
         return flies

@@ -51,7 +51,7 @@ class HandOver(NamedTuple):
     why_none: str = ""
     """Why there is nothing to fly."""
     peer: tuple[str, int] | None = None
-    """Where datagrams go; None for a line, and for topics."""
+    """Where datagrams go; PX4's flight mode by name and number; None for a line, other topics."""
     vehicle_s: float = 0.0
     """The vehicle's clock less the monotonic one."""
     begins: tuple[Packet, ...] = ()

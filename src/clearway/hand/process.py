@@ -33,6 +33,7 @@ RETRY_S = 0.002
 """Between two tries to take the word from a process that does not answer."""
 DIES_WITHIN_S = 2.0
 """A process that is being killed has let go of the word by then."""
+LED_BY_OTHERS = "somebody else leads the vehicle"
 READY = b"ready"
 """Said once to the deciding process."""
 
@@ -44,8 +45,13 @@ class Sender(Protocol):
         """Send one message that was encoded so long ago, and say whether it went; never raises."""
         ...
 
+    def wait(self, seconds: float, /) -> bool:
+        """Wait between two set-points; false where somebody else leads the vehicle by now."""
+        time.sleep(seconds)
+        return True
 
-class DescriptorSender:
+
+class DescriptorSender(Sender):
     """A UDP socket or a serial line that the deciding process opened: the same port, and keys."""
 
     def __init__(self, descriptor: int, *, line: bool) -> None:
@@ -188,7 +194,10 @@ class PulseWatch:
         self._send(held.begins)
         self._note("flies the escape", why=why, silent_s=round(silent_s, 4))
         while self._next < len(held.moments):
-            time.sleep(max(0.0, held.moments[self._next].at_s - time.monotonic()))
+            if not self._sender.wait(max(0.0, held.moments[self._next].at_s - time.monotonic())):
+                self._send(held.nothing)
+                self._note("ends", why=f"{why}; {LED_BY_OTHERS}", set_points=sent)
+                return sent
             sent += self._send_due()
         self._send(held.over)
         self._note("has flown the escape", why=why, set_points=sent, stood_in=self._bridged)

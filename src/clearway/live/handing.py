@@ -40,6 +40,8 @@ class Encoding:
     says: Callable[[float], Says]
     """By the vehicle's time."""
     peer: Callable[[], tuple[str, int] | None] = lambda: None
+    leads: Callable[[], bool] = lambda: True
+    """Whether the link sends set-points now, beyond what the session knows."""
 
 
 @dataclass(slots=True)
@@ -80,9 +82,10 @@ class Handing:
 
     def _new(self, session: Hearing, outcome: TickOutcome, wall_s: float) -> HandOver | None:
         """What to hand over; None where what is held still holds."""
-        encoding, point = self.encoding, outcome.set_point
+        encoding = self.encoding
         if encoding is None:
             return None
+        point = outcome.set_point if encoding.leads() else None
         decided = outcome.flight is not None or outcome.guarded is not None
         holds = point is not None and session.terms.act
         is_old = wall_s - self._handed_s >= RENEWED_S

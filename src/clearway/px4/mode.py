@@ -27,6 +27,8 @@ FIRST_MODE, LAST_MODE = 23, 30
 """NAVIGATION_STATE_EXTERNAL1 to 8."""
 OFFBOARD, HOLD = 14, 4
 """NAVIGATION_STATE_OFFBOARD and AUTO_LOITER."""
+ARMED = 2
+"""VehicleStatus.ARMING_STATE_ARMED."""
 SET_NAV_STATE = 100_001
 TRAJECTORY, FORMAT_PROTOCOL = 4, 1
 """SetpointConfig.TYPE_TRAJECTORY; version of questions for formats."""
@@ -119,7 +121,11 @@ class Px4Mode:
 
     def hold(self) -> None:
         """Tell PX4 to go to its Hold mode."""
-        self._tell("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD))
+        self._send("VehicleCommand", self.hold_message())
+
+    def hold_message(self) -> Any:
+        """VehicleCommand to go to Hold."""
+        return self._made("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD))
 
     def complete(self) -> None:
         """Tell PX4 that the mode has done what it is for."""
@@ -129,12 +135,16 @@ class Px4Mode:
     def unregister(self) -> None:
         """Leave PX4, which then holds if the mode was active."""
         if self.mode_id is not None:
-            self._tell(
-                "UnregisterExtComponent", name=chars_of(self.name, 25), mode_id=self.mode_id,
-                arming_check_id=self._arming_check_id, mode_executor_id=-1,
-            )  # fmt: skip
+            self._send("UnregisterExtComponent", self.unregister_message(self.mode_id))
         self.mode_id, self._is_configured = None, False
         self._why = "the mode has left PX4"
+
+    def unregister_message(self, mode_id: int) -> Any:
+        """UnregisterExtComponent of the mode that PX4 has by a number."""
+        return self._made(
+            "UnregisterExtComponent", name=chars_of(self.name, 25), mode_id=mode_id,
+            arming_check_id=self._arming_check_id, mode_executor_id=-1,
+        )  # fmt: skip
 
     def _register(self) -> None:
         offboard = {"enable_replace_internal_mode": True, "replace_internal_mode": OFFBOARD}
@@ -146,8 +156,11 @@ class Px4Mode:
         )  # fmt: skip
 
     def _tell(self, message: str, **fields: Any) -> None:
+        self._send(message, self._made(message, **fields))
+
+    def _made(self, message: str, **fields: Any) -> Any:
         # A time of 0: PX4 sets its own.
-        self._send(message, made(self.release.kind(message), **fields))
+        return made(self.release.kind(message), **fields)
 
     # --- in -------------------------------------------------------------------------------
 
@@ -203,8 +216,13 @@ class Px4Mode:
         if self.mode_id is None:
             return
         self._questioned_s = wall_s
-        self._tell(
-            "ArmingCheckReply", request_id=request.request_id, can_arm_and_run=can_run,
+        answer = self.answer_message(request.request_id, can_run=can_run)
+        self._send("ArmingCheckReply", answer)
+
+    def answer_message(self, request_id: int, *, can_run: bool) -> Any:
+        """ArmingCheckReply to the request of a number."""
+        return self._made(
+            "ArmingCheckReply", request_id=request_id, can_arm_and_run=can_run,
             registration_id=self._arming_check_id, **dict.fromkeys(NEEDED, True),
         )  # fmt: skip
 

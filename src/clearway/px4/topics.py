@@ -7,7 +7,6 @@ whenever it doubts anything.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,7 +21,8 @@ from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.status import VehicleStatus
 from clearway.live.link.vehicle_clock import STRAYS, Tick
 from clearway.mavlink.surroundings import Surroundings
-from clearway.px4.mode import AGAIN_S, Px4Mode
+from clearway.px4.mode import AGAIN_S, ARMED, Px4Mode
+from clearway.px4.own_set_points import OwnSetPoints
 from clearway.px4.own_state import Px4OwnState
 from clearway.px4.releases import Release
 from clearway.ros2.bus import SENSOR, USUAL, Quality, TopicBus
@@ -33,8 +33,6 @@ from clearway.ros2.setup import NodeSetup
 from clearway.ros2.topic_link import TopicLink
 from clearway.ros2.topic_teller import S
 
-ARMED = 2
-"""VehicleStatus.ARMING_STATE_ARMED."""
 TRUSTED = (
     LinkState.FLYING, LinkState.OTHER_MODE, LinkState.AGEING, LinkState.BLIND, LinkState.ARRIVED,
 )  # fmt: skip
@@ -45,8 +43,6 @@ INSISTS_S: Final = 1.0
 """For so long Hold is asked for before PX4 is told that the mode cannot be flown."""
 STRANGE_S: Final = 1.0
 """Set-points of others are a reason to doubt for so long after the last one."""
-KEPT = 256
-"""Own set-points that are known again where they are heard."""
 OTHERS = "another program sends set-points to PX4 as well: end it, or let it command `--guard`"
 APART = (
     "PX4 and the sensors tell times that lie apart: set PX4's UXRCE_DDS_SYNCT to 1, or "
@@ -54,8 +50,6 @@ APART = (
 )
 FAST = Quality(reliable=False, depth=20)
 """Odometry comes at 100 Hz, and is taken at every tick."""
-
-
 NEEDED = ("VehicleStatus", "VehicleLandDetected", "VehicleLocalPosition", "VehicleOdometry")
 FORGOTTEN = "PX4 no longer asks for the mode: it was restarted, or its agent is gone"
 
@@ -87,7 +81,7 @@ class Px4Topics(TopicLink[S]):
         )
         self._surroundings = Surroundings(session, setup.sensor, session.counts)
         self._set_point_topic = given.prefix.rstrip("/") + self.release.topic("TrajectorySetpoint")
-        self._sent: deque[bytes] = deque(maxlen=KEPT)
+        self.own_set_points = OwnSetPoints()
         self._strange_s = self._active_s = self._held_s = self._given_up_s = -math.inf
         self._is_armed, self._nav_state = False, -1
         self._airborne: bool | None = None
@@ -136,6 +130,11 @@ class Px4Topics(TopicLink[S]):
     def is_active(self) -> bool:
         """Whether PX4 flies our mode."""
         return self._is_armed and self._nav_state == self.mode.mode_id
+
+    @property
+    def leads(self) -> bool:
+        """Whether set-points are sent: PX4 flies our mode, and nothing is in doubt."""
+        return self.is_active and not self._doubt
 
     # --- in -------------------------------------------------------------------------------
 
@@ -190,7 +189,7 @@ class Px4Topics(TopicLink[S]):
         self.mode.hear_question(message, wall_s, can_run=not self._doubt or insists)
 
     def _take_set_point(self, message: Any, wall_s: float, _topic: str) -> None:
-        if pack_message(message) not in self._sent:
+        if not self.own_set_points.has(pack_message(message)):
             self._strange_s = wall_s
 
     def _take_distances(self, message: Any, wall_s: float, _topic: str) -> None:
@@ -212,6 +211,8 @@ class Px4Topics(TopicLink[S]):
 
     def after_tick(self, outcome: TickOutcome, wall_s: float) -> TickOutcome:
         """Give the vehicle up where the session is in doubt; what came of the tick."""
+        if outcome.state is LinkState.RELIEVED:
+            return outcome  # The second process leads: a Hold would end its escape.
         self._doubt = self._doubt or self.doubt_of_link(outcome, wall_s)
         if self.is_active:
             self._act(outcome, wall_s)
@@ -271,23 +272,29 @@ class Px4Topics(TopicLink[S]):
         if name != self._set_point_topic:
             super().publish(name, message)
             return
-        if not self.is_active or self._doubt:
+        if not self.leads:
             return
         kind = self.release.kind("TrajectorySetpoint")
         told = unpacked(message, kind) if isinstance(message, bytes) else message
+        raw = self.in_local_frame(told)
+        self.own_set_points.note_sent(raw)
+        super().publish(name, raw)
+
+    def in_local_frame(self, told: Any) -> bytes:
+        """A TrajectorySetpoint of the world in PX4's local frame, serialised."""
         offset = self.place.world_from_local_m
         assert offset is not None  # A set-point follows an own state.
         told.position = (told.position - ned_from_enu(offset)).astype(np.float32)
         told.timestamp = 0  # PX4 sets its own.
-        raw = pack_message(told)
-        self._sent.append(raw)
-        super().publish(name, raw)
+        return pack_message(told)
 
     def _send(self, message: str, told: Any) -> None:
         super().publish(self.topic(message), told)
 
     def leave(self) -> None:
-        """Out of PX4, which holds where it flew our mode."""
+        """Out of PX4, which holds where it flew our mode; not where the second process flies it."""
+        if self.handing.hand.relieved:
+            return
         if self.is_active:
             self.mode.hold()
         self.mode.unregister()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from clearway.hand.hand import Notice, SecondProcess
 from clearway.hand.handover import Packet
@@ -21,7 +21,7 @@ from clearway.live.handing import (
 from clearway.live.link.loop import Loop
 from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
-from clearway.ros2.bus import USUAL
+from clearway.ros2.bus import USUAL, Quality
 from clearway.ros2.dds import DdsBus
 from clearway.ros2.kinds import SET_POINT_KINDS, base_of
 from clearway.ros2.messages import pack_message
@@ -30,7 +30,6 @@ from clearway.ros2.rclpy_bus import RclpyBus
 from clearway.ros2.topic_link import TopicLink
 from clearway.ros2.topic_teller import DIAGNOSTICS
 
-MODULE = "clearway.ros2.hand_process"
 NO_BUS = "no second process: it cannot open this bus"
 
 
@@ -39,6 +38,25 @@ class TopicEncoding:
     """Messages of one node, serialised ahead of their time."""
 
     link: TopicLink[Any]
+    module: ClassVar[str] = "clearway.ros2.hand_process"
+    """What the second process runs."""
+
+    def topics(self) -> list[tuple[str, str, Quality]]:
+        """Topics that the second process publishes, by channel."""
+        link = self.link
+        told_on = [
+            (link.names(one.topic), SET_POINT_KINDS[one.type], USUAL)
+            for one in link.parameters.set_points
+        ]
+        return [*told_on, DIAGNOSTICS]
+
+    def more(self) -> dict[str, object]:
+        """What else the second process's sender is to know."""
+        return {}
+
+    def encoding(self) -> Encoding:
+        """As a link hands it over."""
+        return Encoding(self.set_points, self.says)
 
     def set_points(self, points: Sequence[tuple[float, SetPoint]]) -> list[tuple[Packet, ...]]:
         topics = self.link.parameters.set_points
@@ -68,10 +86,11 @@ class TopicEncoding:
         return Says(*((Packet(channel, pack_message(one)),) for one in found))
 
 
-def begin_ros2_hand(loop: Loop, link: TopicLink[Any], *, wanted: bool, notice: Notice) -> None:
+def begin_ros2_hand(loop: Loop, way: TopicEncoding, *, wanted: bool, notice: Notice) -> None:
     """Start the second process of a node, or say why there is none."""
-    bus, given = link.bus, link.parameters
-    if not given.act:
+    link = way.link
+    bus = link.bus
+    if not link.parameters.act:
         return
     why_none = (
         (TURNED_OFF, not wanted),
@@ -82,15 +101,11 @@ def begin_ros2_hand(loop: Loop, link: TopicLink[Any], *, wanted: bool, notice: N
     if none is not None:
         notice(none)
         return
-    told_on = [
-        (link.names(one.topic), SET_POINT_KINDS[one.type], USUAL) for one in given.set_points
-    ]
-    topics = [(topic, kind, astuple(quality)) for topic, kind, quality in (*told_on, DIAGNOSTICS)]
     sender = {
         "domain": getattr(bus, "domain", None),
         "namespace": getattr(bus, "namespace", None),
-        "topics": topics,
+        "topics": [(topic, kind, astuple(quality)) for topic, kind, quality in way.topics()],
+        **way.more(),
     }
-    hand = SecondProcess.start(MODULE, sender, (), loop.longest_s, log=None, notice=notice)
-    way = TopicEncoding(link)
-    link.handing = Handing(hand, Encoding(way.set_points, way.says), loop.period_s)
+    hand = SecondProcess.start(way.module, sender, (), loop.longest_s, log=None, notice=notice)
+    link.handing = Handing(hand, way.encoding(), loop.period_s)

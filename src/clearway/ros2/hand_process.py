@@ -15,7 +15,7 @@ from clearway.ros2.rclpy_bus import RclpyBus
 NODE = "clearway_second_process"
 
 
-class TopicSender:
+class TopicSender(Sender):
     """Publishes what is encoded; a packet's channel is the number of its topic."""
 
     def __init__(self, bus: TopicBus, topics: list[str]) -> None:
@@ -28,14 +28,20 @@ class TopicSender:
             return False
 
 
-def open_topics(given: dict[str, Any]) -> Sender:
+def open_topics(given: dict[str, Any]) -> TopicSender:
     """The sender on the bus that the deciding process is on."""
+    bus = open_end(given)
+    return TopicSender(bus, [topic for topic, *_ in given["topics"]])
+
+
+def open_end(given: dict[str, Any]) -> TopicBus:
+    """An end of the bus of its own, ready to publish."""
     domain, namespace = given["domain"], given["namespace"]
     bus: TopicBus = RclpyBus(NODE, namespace) if domain is None else DdsBus(domain)
     for topic, kind, quality in given["topics"]:
         with suppress(MissingMessageError):  # Diagnostics: set-points the first process has too.
             bus.advertise(topic, kind, Quality(*quality))
-    return TopicSender(bus, [topic for topic, *_ in given["topics"]])
+    return bus
 
 
 if __name__ == "__main__":
