@@ -200,6 +200,28 @@ def test_what_level_distances_promise(
     assert replace(setup, sensors=(sensor,)).escape.flown == flown
 
 
+@pytest.mark.parametrize(("span_m", "fan_deg", "flown"), [
+    (None, 0.0, "known"), ([0.0, 20.0], 0.0, "strict"), (None, 30.0, "strict"),
+])  # fmt: skip
+def test_what_they_promise_a_copter_with_inertia(
+    span_m: list[float] | None, fan_deg: float, flown: str
+) -> None:
+    """The ball about its start lets it leave, and what one plane shows would not let it go on."""
+    declared = {} if span_m is None else {"obstacles_span_m": span_m}
+    file, setup = mission(
+        mission={"name": "copter", "waypoints_m": [[40, 0, 7]], "reach_radius_m": 1.5},
+        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": 3.0},
+        grid={},
+        safety={"margin_m": 2.0, **declared},
+        lidar=[{}],
+    )
+    sensor = sensor_of(file, setup, math.radians(fan_deg))
+    assert sensor is not None
+    promised = replace(setup, sensors=(sensor,)).escape
+    assert promised.flown == flown
+    assert ("the sensor shows one level plane" in promised.why) is (flown == "known")
+
+
 def test_goals_at_heights_that_are_not_declared_are_told_of() -> None:
     _, setup = setup_with([0.0, 10.0], [16, 0, 12])
     assert "goal 1 at 12 m is not between 0 and 10 m" in " ".join(setup.doubts)
