@@ -33,7 +33,7 @@ class Stream:
     name: str
     rate_hz: float
     parameters: str
-    """By which ArduPilot sends it: SRn_ up to 4.6, MAVn_ from 4.7; "none" comes if asked for only."""
+    """By which ArduPilot sends it: SRn_ up to 4.6, MAVn_ from 4.7; "none": no stream has it."""
     needed: bool = True
     """Whether nothing goes without it."""
 
