@@ -29,7 +29,7 @@ WIDEST_MARGIN = 1.2
 lost in one of nine hostile flights; see docs/limits.md."""
 LEVEL_SHARE = 0.9
 """Height off a goal, in reach radii, beyond which flying level may miss it: seven of seven planes
-and inertialess vehicles arrived at 0.53 to 0.87; at 0.93 one of the latter did, and a plane circled."""
+and inertialess vehicles arrived at 0.53 to 0.87; at 0.93 one of these did, a plane circled."""
 FLY_LEVEL = "vehicle.pitch_limit_deg = 0 flies at one height, and to above or below its goals"
 MOST_LOST = 0.9
 """Share of returns. With 0.25 to 0.9 none of 40 flights lost the margin, with 0.97 one of ten, and
