@@ -200,6 +200,28 @@ def test_what_level_distances_promise(
     assert replace(setup, sensors=(sensor,)).escape.flown == flown
 
 
+@pytest.mark.parametrize(("span_m", "fan_deg", "flown"), [
+    (None, 0.0, "known"), ([0.0, 20.0], 0.0, "strict"), (None, 30.0, "strict"),
+])  # fmt: skip
+def test_what_they_promise_a_copter_with_inertia(
+    span_m: list[float] | None, fan_deg: float, flown: str
+) -> None:
+    """The ball about its start lets it leave, and what one plane shows would not let it go on."""
+    declared = {} if span_m is None else {"obstacles_span_m": span_m}
+    file, setup = mission(
+        mission={"name": "copter", "waypoints_m": [[40, 0, 7]], "reach_radius_m": 1.5},
+        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": 3.0},
+        grid={},
+        safety={"margin_m": 2.0, **declared},
+        lidar=[{}],
+    )
+    sensor = sensor_of(file, setup, math.radians(fan_deg))
+    assert sensor is not None
+    promised = replace(setup, sensors=(sensor,)).escape
+    assert promised.flown == flown
+    assert ("the sensor shows one level plane" in promised.why) is (flown == "known")
+
+
 def test_goals_at_heights_that_are_not_declared_are_told_of() -> None:
     _, setup = setup_with([0.0, 10.0], [16, 0, 12])
     assert "goal 1 at 12 m is not between 0 and 10 m" in " ".join(setup.doubts)
@@ -218,3 +240,47 @@ def test_who_may_pitch_is_told_that_other_heights_are_not_reached() -> None:
     assert sensor is not None
     doubts = " ".join(replace(setup, sensors=(sensor,)).doubts)
     assert "vehicle.pitch_limit_deg = 0 flies at one height" in doubts
+
+
+def led_to(height_m: float, from_m: float, kind: str) -> SimulatedFlight:
+    """Handed over at a height, with a ring of level distances and nothing in the way."""
+    file, setup = mission(
+        mission={"name": "plan", "waypoints_m": [[30, 0, 10], [40, 10, height_m]],
+                 "reach_radius_m": 4.5},
+        vehicle={"position_m": [0, 0, 10], "speed_mps": 3.0, "kind": kind},
+        grid={},
+        safety={"margin_m": 2.0},
+        lidar=[{}],
+    )  # fmt: skip
+    flown = SimulatedFlight(file, setup)
+    flown.autopilot.truth = replace(flown.autopilot.truth, position_m=np.array([0.0, 0.0, from_m]))
+    return flown
+
+
+@pytest.mark.parametrize("kind", ["inertialess", "plane"])
+@pytest.mark.parametrize(("height_m", "from_m", "said"), [
+    (20.0, 10.0, "goal 2 at 20.0 m is 10.0 m above the vehicle"),
+    (10.0, 25.0, "goal 1 at 10.0 m is 15.0 m below the vehicle"),
+])  # fmt: skip
+def test_goals_that_one_level_plane_never_leads_to_are_refused(
+    kind: str, height_m: float, from_m: float, said: str
+) -> None:
+    """It circled below or above them for ever, and nobody was told why."""
+    flown = led_to(height_m, from_m, kind)
+    flown.run(3.0)
+    assert flown.states[-1] == "refused"
+    why = flown.outcomes[-1].why_state
+    assert why.startswith(said)
+    assert "vehicle.pitch_limit_deg = 0" in why
+    assert all(outcome.set_point is None for outcome in flown.outcomes)
+    assert any("refused: goal" in text for text in flown.autopilot.texts)
+
+
+@pytest.mark.parametrize(("height_m", "from_m", "kind"), [
+    (13.0, 10.0, "inertialess"), (20.0, 10.0, "multirotor"), (10.0, 25.0, "multirotor"),
+])  # fmt: skip
+def test_goals_that_are_reached_are_not(height_m: float, from_m: float, kind: str) -> None:
+    flown = led_to(height_m, from_m, kind)
+    flown.run(60.0)
+    assert "refused" not in flown.states
+    assert flown.autopilot.has_arrived

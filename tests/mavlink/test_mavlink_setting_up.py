@@ -11,12 +11,14 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import geodetic_from_enu
+from clearway.live.link.floor import FloorRule
 from clearway.live.link.session import Session
 from clearway.mavlink import dialect as known
 from clearway.mavlink.distances import BODY_FRD
 from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.parameters import Parameters
+from clearway.mavlink.set_points import HOLD
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
 from mavlink_for_tests import (
@@ -99,7 +101,8 @@ def test_what_is_missing_is_said_every_five_seconds_with_its_parameters() -> Non
         "hears ATTITUDE; missing: LOCAL_POSITION_NED (asked for; SRn_POSITION, or " in missing[-1]
     )
     assert "MAVn_POSITION from ArduPilot 4.7" in missing[-1]
-    assert "EXTENDED_SYS_STATE" in missing[-1]
+    # No stream of ArduCopter has it, whatever SRn_EXT_STAT is.
+    assert "EXTENDED_SYS_STATE (asked for; SET_MESSAGE_INTERVAL alone brings it)" in missing[-1]
 
 
 def test_read_only_asks_nothing() -> None:
@@ -203,6 +206,55 @@ def test_a_new_goal_takes_the_mission_s_place(how: str) -> None:
     assert bench.system.mission.goals_m == pytest.approx(np.array([[0.0, 25.0, 3.0]]), abs=0.05)
     assert outcome.flight is not None
     assert set(outcome.flight.movements) & {"Left", "Up-Left", "Down-Left"}
+
+
+def reposition(north_m: float, height_m: float, kind: str) -> Any:
+    """DO_REPOSITION to the autopilot, as ground stations send it."""
+    place = geodetic_from_enu(np.array([0.0, north_m, height_m]), np.array(ORIGIN))
+    if kind == "long":
+        return mavlink.MAVLink_command_long_message(1, 1, 192, 0, -1, 1, 0, math.nan, *place)
+    whole = [round(place[0] * 1e7), round(place[1] * 1e7)]
+    return mavlink.MAVLink_command_int_message(
+        1, 1, 5, 192, 0, 0, -1, 1, 0, math.nan, *whole, place[2]
+    )
+
+
+@pytest.mark.parametrize("kind", ["int", "long"])
+def test_what_a_ground_station_tells_the_autopilot_is_the_new_goal(kind: str) -> None:
+    """The next set-point would call the vehicle back."""
+    bench = flying_bench()
+    bench.tell(1002.1, reposition(25.0, 3.0, kind), system=255, component=190)
+    outcome = bench.session.tick(1002.1)
+    assert any("DO_REPOSITION to the autopilot: a new goal" in note for note in outcome.notes)
+    # Single precision of COMMAND_LONG is half a metre on Earth.
+    goals = bench.system.mission.goals_m
+    assert goals == pytest.approx(np.array([[0.0, 25.0, 3.0]]), abs=0.05 if kind == "int" else 1.0)
+    assert not sent(outcome, "COMMAND_ACK")  # The autopilot's own answer counts.
+
+
+@pytest.mark.parametrize("nowhere", ["no place", "below the floor"])
+def test_what_cannot_be_flown_to_pauses(nowhere: str) -> None:
+    """PX4's ground stations pause by a place that is none."""
+    if nowhere == "no place":
+        bench = flying_bench()
+        asked = mavlink.MAVLink_command_long_message(1, 1, 192, 0, -1, 1, 0, *[math.nan] * 4)
+    else:
+        bench = flying_bench(floor=FloorRule(0.6, -5.0))
+        asked = reposition(25.0, -20.0, "int")
+    bench.tell(1002.1, asked, system=255, component=190)
+    outcome = bench.session.tick(1002.1)
+    assert any("pauses, and holds its place" in note for note in outcome.notes)
+    held = bench.tick(2.2, heartbeat(), attitude(2.2), position(2.2))
+    (point,) = sent(held, "SET_POSITION_TARGET_LOCAL_NED")
+    assert point.type_mask == HOLD
+    assert [point.x, point.y, point.z] == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_who_only_watches_leaves_the_mission_as_it_is() -> None:
+    bench = flying_bench(act=False)
+    bench.tell(1002.1, reposition(25.0, 3.0, "int"), system=255, component=190)
+    bench.session.tick(1002.1)
+    assert bench.system.mission.goals_m[-1] == pytest.approx([30.0, 0.0, 0.0])
 
 
 def test_a_goal_that_cannot_be_is_denied_with_the_reason() -> None:

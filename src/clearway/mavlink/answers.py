@@ -28,26 +28,29 @@ MAVLINK_2, COMMAND_INTS = 8192, 8
 
 NewGoal = Callable[[FloatArray, bool], str | None]
 """(latitude, longitude, height; whether that is above home) -> why it is refused, or None."""
+Pause = Callable[[], str | None]
+"""To hold the present place -> why that is refused, or None."""
 
 
 class Answers:
     """Answers what is addressed to us; `notes` tells what was asked of whoever watches."""
 
-    def __init__(self, system: int, new_goal: NewGoal) -> None:
+    def __init__(self, system: int, autopilot: int, new_goal: NewGoal, pause: Pause) -> None:
         self.notes: list[str] = []
-        self._system, self._new_goal = system, new_goal
+        self._system, self._autopilot = system, autopilot
+        self._new_goal, self._pause = new_goal, pause
 
     def to(self, message: Message, number: int, asker: tuple[int, int]) -> list[Message]:
         """What is sent back."""
         if number == known.TIMESYNC:
             return self._time(message)
+        if self._is_for_autopilot(message, number):
+            self._reposition(*_goal_of(message, number))
+            return []  # The autopilot answers.
         if not self._is_ours(message):
             return []
-        if number == known.COMMAND_LONG:
-            return self._command(message, asker, None)
-        if number == known.COMMAND_INT:
-            place = np.array([message.x * DEGREES_E7, message.y * DEGREES_E7, message.z])
-            return self._command(message, asker, (place, message.frame))
+        if number in (known.COMMAND_LONG, known.COMMAND_INT):
+            return self._command(message, number, asker)
         place = np.array([message.lat_int * DEGREES_E7, message.lon_int * DEGREES_E7, message.alt])
         if message.type_mask & NO_POSITION:
             self.notes.append("SET_POSITION_TARGET_GLOBAL_INT without a position: left aside")
@@ -59,16 +62,28 @@ class Answers:
         system, component = message.target_system, message.target_component
         return system in (0, self._system) and component in (0, OBSTACLE_AVOIDANCE)
 
-    def _command(
-        self, message: Message, asker: tuple[int, int], place: tuple[FloatArray, int] | None
-    ) -> list[Message]:
+    def _is_for_autopilot(self, message: Message, number: int) -> bool:
+        """Whether it sends the autopilot elsewhere, whom our next set-point would call back."""
+        return (
+            number in (known.COMMAND_LONG, known.COMMAND_INT)
+            and int(message.command) == DO_REPOSITION
+            and message.target_system == self._system
+            and message.target_component == self._autopilot
+        )
+
+    def _reposition(self, place: FloatArray, frame: int) -> None:
+        """A new goal; where it cannot be one, or is no place at all, the vehicle holds its own."""
+        if self._goal("DO_REPOSITION to the autopilot", place, frame) == ACCEPTED:
+            return
+        why = self._pause()
+        held = "pauses, and holds its place" if why is None else f"goes on, no pause: {why}"
+        self.notes.append(f"DO_REPOSITION to the autopilot: {held}")
+
+    def _command(self, message: Message, kind: int, asker: tuple[int, int]) -> list[Message]:
         number, wanted = int(message.command), message.param1
         said: list[Message] = []
         if number == DO_REPOSITION:
-            if place is None:
-                at = np.array([message.param5, message.param6, message.param7])
-                place = (at, ABOVE_SEA[0])
-            result = self._goal("DO_REPOSITION", *place)
+            result = self._goal("DO_REPOSITION", *_goal_of(message, kind))
         elif number == REQUEST_CAPABILITIES or (
             number == REQUEST_MESSAGE and wanted == AUTOPILOT_VERSION
         ):
@@ -94,6 +109,14 @@ class Answers:
         if message.tc1 != 0:
             return []
         return [dialect().MAVLink_timesync_message(time.monotonic_ns(), message.ts1)]
+
+
+def _goal_of(message: Message, kind: int) -> tuple[FloatArray, int]:
+    """Latitude, longitude and height of a DO_REPOSITION, and the frame of the height."""
+    if kind == known.COMMAND_INT:
+        place = np.array([message.x * DEGREES_E7, message.y * DEGREES_E7, message.z])
+        return place, message.frame
+    return np.array([message.param5, message.param6, message.param7]), ABOVE_SEA[0]
 
 
 def version() -> Message:

@@ -90,7 +90,7 @@ class MavlinkSession(Generic[S]):
             act=terms.session.act or terms.asks, pitches=pitches, sensor=sensor is not None
         )
         self._streams = Streams(wanted, asks=terms.asks)
-        self._answers = Answers(terms.system, self._fly_to)
+        self._answers = Answers(terms.system, terms.component, self._fly_to, self._pause)
         self._airborne: bool | None = None
         self._geoid_m: float | None = None
         self._beat: Message | None = None
@@ -206,6 +206,12 @@ class MavlinkSession(Generic[S]):
         if place is None:
             return "the place of the local frame, or of the home, is not known"
         return self.core.hear_goal(place, self._wall_s)
+
+    def _pause(self) -> str | None:
+        own = self.core.motion
+        if not self.terms.session.act or own is None:
+            return "read-only" if own else "the own place is not known"
+        return self.core.hear_goal(own.position_m, self._wall_s)
 
     # --- out ------------------------------------------------------------------------------
 

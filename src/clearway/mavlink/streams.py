@@ -19,6 +19,8 @@ REFUSED_AGAIN_S = 60.0
 pilot of every such question."""
 SPARE = 3.0
 """A message is missing when it is late by so many of its periods, and a second."""
+ALONE = "SET_MESSAGE_INTERVAL alone brings it"
+"""Of messages that no stream of ArduPilot has."""
 REFUSED = {2: "denied", 3: "unsupported", 4: "failed"}
 """MAV_RESULT of what will not come."""
 
@@ -31,7 +33,7 @@ class Stream:
     name: str
     rate_hz: float
     parameters: str
-    """By which ArduPilot sends it: SRn_ up to 4.6, MAVn_ from 4.7."""
+    """By which ArduPilot sends it: SRn_ up to 4.6, MAVn_ from 4.7; "none": no stream has it."""
     needed: bool = True
     """Whether nothing goes without it."""
 
@@ -43,7 +45,7 @@ def streams_for(*, act: bool, pitches: bool, sensor: bool) -> tuple[Stream, ...]
         Stream(known.LOCAL_POSITION_NED, "LOCAL_POSITION_NED", 10.0, "POSITION"),
         Stream(known.GLOBAL_POSITION_INT, "GLOBAL_POSITION_INT", 2.0, "POSITION", needed=False),
         Stream(known.GPS_GLOBAL_ORIGIN, "GPS_GLOBAL_ORIGIN", 0.2, "none", needed=False),
-        Stream(known.EXTENDED_SYS_STATE, "EXTENDED_SYS_STATE", 2.0, "EXT_STAT", needed=act),
+        Stream(known.EXTENDED_SYS_STATE, "EXTENDED_SYS_STATE", 2.0, "none", needed=act),
         Stream(known.HOME_POSITION, "HOME_POSITION", 0.5, "none", needed=act and pitches),
         # One aircraft at a time, each of the list in turn.
         Stream(known.ADSB_VEHICLE, "ADSB_VEHICLE", 25.0, "ADSB", needed=False),
@@ -146,7 +148,7 @@ class Streams:
             if stream is None:
                 said.append(name)
                 continue
-            way = "" if stream.parameters == "none" else (
+            way = ALONE if stream.parameters == "none" else (
                 f"SRn_{stream.parameters}, or MAVn_{stream.parameters} from ArduPilot 4.7"
             )  # fmt: skip
             asked = self._refused.get(stream.number) or ("asked for" if self._asks else "")

@@ -24,6 +24,7 @@ from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
 from clearway.live.link.set_point import SetPoint
 from clearway.live.outputs.flight_decision import FlightDecision
+from clearway.live.preflight.doubts import is_kept_level, over_own_level
 from clearway.live.system import AvoidanceSystem
 from clearway.sensors import Lidar
 
@@ -60,6 +61,7 @@ class Session(Hearing):
         self._lead = LeadTime(terms.lead_s)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._told_s = 0.0  # The vehicle's time of the last tick, as its messages tell it.
+        self._unreached: str | None = None  # Why goals are not, from where it was handed over.
 
     # --- in -------------------------------------------------------------------------------
 
@@ -85,9 +87,9 @@ class Session(Hearing):
             return "it is no place"
         if np.linalg.norm(goals[0] - self._own.position_m) > FARTHEST_GOAL_M:
             return f"it is more than {FARTHEST_GOAL_M / 1000.0:,.0f} km away"
-        refusal = self.terms.floor.refusal(self._ground_m, goals, radius)
+        refusal = self.terms.floor.refusal(self._ground_m, goals, radius) or self._beyond(goals)
         if refusal is None:
-            self._held_height_m = None
+            self._held_height_m = self._unreached = None
             self.system.fly_to(goals, self.clock.now(wall_s))
         return refusal
 
@@ -97,7 +99,8 @@ class Session(Hearing):
     def refusal(self) -> str | None:
         """Why the vehicle may not be led on this mission; None if it may."""
         mission = self.system.mission
-        return self.terms.floor.refusal(self._ground_m, mission.goals_m, mission.reach_radius_m)
+        floor = self.terms.floor.refusal(self._ground_m, mission.goals_m, mission.reach_radius_m)
+        return floor or self._unreached
 
     def tick(self, wall_s: float) -> TickOutcome:
         """Decide if it is due and allowed, and say what is to be flown."""
@@ -113,6 +116,9 @@ class Session(Hearing):
             self.system.leave_plan()
             self._following.begin()
             self._return_if_carried_off(now)
+        if not (self._led and self._is_led):
+            first = self.system.progress.goal
+            self._unreached = self._beyond(self.system.mission.goals_m[first:], first + 1)
         self._led = self._is_led
         self.state = self._state_at(now, wall_s)
         flight, why, elapsed = self._decide(now)
@@ -127,6 +133,14 @@ class Session(Hearing):
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )
+
+    def _beyond(self, goals_m: FloatArray, first: int = 1) -> str | None:
+        """Why goals [n, 3] are not reached from the own height; None where they are."""
+        sensors = () if self._sensor is None else (self._sensor,)
+        if self._own is None or not is_kept_level(self.system.planner.automaton, sensors):
+            return None
+        radius_m = self.system.mission.reach_radius_m
+        return over_own_level(goals_m, float(self._own.position_m[2]), radius_m, first)
 
     def _state_at(self, now: float, wall_s: float) -> LinkState:
         status = self.status

@@ -11,6 +11,7 @@ import numpy as np
 
 from clearway.avoidance.plan.held_escape import SEES
 from clearway.avoidance.plan.planner import Planner
+from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.mission import Mission
 from clearway.sensors import AnySensor, Lidar
@@ -26,6 +27,10 @@ turning radii, none of 4 at 0.09."""
 WIDEST_MARGIN = 1.2
 """Movements, or quarters of the turning radius where that is longer, beyond which margins were
 lost in one of nine hostile flights; see docs/limits.md."""
+LEVEL_SHARE = 0.9
+"""Height off a goal, in reach radii, beyond which flying level may miss it: seven of seven planes
+and inertialess vehicles arrived at 0.53 to 0.87; at 0.93 one of these did, a plane circled."""
+FLY_LEVEL = "vehicle.pitch_limit_deg = 0 flies at one height, and to above or below its goals"
 MOST_LOST = 0.9
 """Share of returns. With 0.25 to 0.9 none of 40 flights lost the margin, with 0.97 one of ten, and
 with 0.99 seven of ten crashed; see docs/faults.md."""
@@ -53,17 +58,39 @@ def over_level(
     mission: Mission, automaton: MovementAutomaton, sensors: Sequence[AnySensor]
 ) -> str | None:
     """Why goals at other heights may not be reached where sensors show one level plane; None where
-    they show more, or the vehicle goes by level distance."""
-    if automaton.stays_level or not are_level(sensors):
+    they show more, or the vehicle goes by level distance, or climbs without pitching."""
+    if not is_kept_level(automaton, sensors):
         return None
     heights_m = np.append(mission.goals_m[:, 2], mission.start.position_m[2])
     if np.ptp(heights_m) <= mission.reach_radius_m:
         return None
     return (
         f"sensors show one level plane, and goals lie {np.ptp(heights_m):.3g} m higher or lower "
-        "than others: ways up and down count as blocked, so they may never be reached; "
-        "vehicle.pitch_limit_deg = 0 flies at one height, and to above or below its goals"
+        f"than others: ways up and down count as blocked, so they may never be reached; {FLY_LEVEL}"
     )
+
+
+def over_own_level(
+    goals_m: FloatArray, own_height_m: float, reach_radius_m: float, first: int = 1
+) -> str | None:
+    """Why a vehicle that one level plane keeps at its height does not reach goals [n, 3], the first
+    of which has a number; None where it does."""
+    apart_m = goals_m[:, 2] - own_height_m
+    beyond = np.flatnonzero(np.abs(apart_m) > LEVEL_SHARE * reach_radius_m)
+    if not len(beyond):
+        return None
+    at = int(beyond[0])
+    side = "above" if apart_m[at] > 0.0 else "below"
+    return (
+        f"goal {first + at} at {goals_m[at, 2]:.1f} m is {abs(apart_m[at]):.1f} m {side} the "
+        f"vehicle, and sensors show one level plane: ways up and down count as blocked; {FLY_LEVEL}"
+    )
+
+
+def is_kept_level(automaton: MovementAutomaton, sensors: Sequence[AnySensor]) -> bool:
+    """Whether a vehicle that climbs by pitching finds no way up or down by what its sensors show;
+    one with inertia climbs on the spot."""
+    return not (automaton.stays_level or automaton.has_inertia) and are_level(sensors)
 
 
 def are_level(sensors: Sequence[AnySensor]) -> bool:

@@ -259,7 +259,9 @@ def _from_rest(
     """Of a vehicle with inertia: it begins at rest, and leaves once it sees where it can stop."""
     asked, room_m = planner.settings.escape, start_room_m(planner)
     needed_m = _start_ball_of(planner, library, sensors, start)
-    if needed_m > WIDER_START * room_m:
+    # In the ball it has escapes whatever the sensors see; out of it one level plane shows it none.
+    level = planner.settings.obstacles_span_m is None and are_level(sensors)
+    if level or needed_m > WIDER_START * room_m:
         why = unmapped + _what_lacks(planner, library, sensors, start)
         return EscapePlan(asked, Escape.KNOWN, why)
     more = ""
