@@ -143,7 +143,7 @@ def test_flights_of_a_family_start_anywhere_and_head_anywhere() -> None:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", ["copter", "copter-faults", "copter-ordinary"])
+@pytest.mark.parametrize("name", ["copter", "copter-faults", "copter-ordinary", "copter-slow"])
 def test_every_cell_of_the_campaigns_of_copters_can_be_prepared(name: str) -> None:
     tasks = {(task.label, task.planner): task for task in reversed(tasks_of(read_campaign(name)))}
     for task in tasks.values():
