@@ -137,8 +137,7 @@ def own_total(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> 
 
 
 def own_cost(*asked: object) -> np.ndarray:
-    prices = WITH_WAYS_OUT.prices
-    return curved_distance_to_go(*asked, prices=prices)  # type: ignore[arg-type]
+    return curved_distance_to_go(*asked)  # type: ignore[arg-type]
 
 
 WITHOUT_WAYS_OUT, WITH_WAYS_OUT = planner(escape="off"), planner()

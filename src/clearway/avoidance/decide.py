@@ -27,7 +27,6 @@ from clearway.avoidance.plan.situation import Situation, goal_of
 from clearway.avoidance.rate.fusion import assess_cells
 from clearway.avoidance.rate.reach_rating import rate_reach_set
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import measure_length
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 """How much of what intruders may do is kept clear of, the most that leaves a way."""
@@ -179,10 +178,6 @@ def _decide_within(leaving: Leaving, choice: Choice) -> float:
         return one_movement
     reaction_m = min(planner.automaton.room_to_turn_m, planner.grid.range_m) + near.margin_m
     speed = prepared.step_m / one_movement
-    free_m = planner.grid.range_m - reaction_m
-    if not planner.automaton.can_stop:
-        # Near the goal a turn can be late.
-        near_m = prepared.reach_m + planner.automaton.turning_radius_m
-        free_m = min(free_m, measure_length(leaving.goal.target_m) - near_m)
+    free = (planner.grid.range_m - reaction_m) / speed
     plan = float(reach_set.end_time_s[choice.node])
-    return max(one_movement, min(plan, free_m / speed))
+    return max(one_movement, min(plan, free))

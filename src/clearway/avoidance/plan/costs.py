@@ -181,10 +181,9 @@ def curved_distance_to_go(
     first; a waypoint steeper than the pitch limit costs the spiral up to it. A vehicle that stays
     level goes by level distance. What can turn on the spot may do so first.
 
-    prices: where given, the height that it has to change yet costs as much as it will: else a climb
-    would be put off at every decision anew. What can turn on the spot counts its turns so too. For
-    a vehicle that climbs only on its way ahead what is too steep also costs the turns that lead
-    away from it and back.
+    prices: where given, what it turns and climbs yet costs as much as it will. For a vehicle that
+    climbs only on its way ahead what is too steep also costs the turns that lead away from it and
+    back: else to wait below would cost less than to climb, at every decision anew.
     """
     return cost_to_go(
         reach_set.states,
@@ -228,8 +227,8 @@ def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> Tur
     climbs_level = automaton.keeps_attitude or automaton.classes is not None
     pitches = np.isfinite(radius) and not climbs_level
     ahead_only = prices is not None and automaton.climbs_ahead
-    priced = None if automaton.climbs_ahead else prices
-    dearer = 1.0 + priced.turn if priced is not None and automaton.can_stop else None
+    priced = prices if automaton.can_stop and not automaton.climbs_ahead else None
+    dearer = None if priced is None else 1.0 + priced.turn
     return TurnsAndClimbs(
         *_arcs(automaton, dearer),
         float(radius) if pitches else 0.0,
@@ -346,7 +345,7 @@ def cost_to_go(
         along = np.hypot(following[0] - target[0], following[1] - target[1])
         leg = _climbed(along, 0.0, 0.0, following[2] - target[2], steepest, climbing)
     for at, end in enumerate(nodes):
-        n, back, overshoots = end, 0.0, False
+        n, back = end, 0.0
         while True:
             x = cos_start * states[n, 0] + sin_start * states[n, 2]
             z = -sin_start * states[n, 0] + cos_start * states[n, 2]
@@ -375,29 +374,14 @@ def cost_to_go(
             wanted_pitch = -min(steepest, max(-steepest, np.arctan2(dz, level)))
             off = wanted_pitch - states[n, 4]
             length += able.height_price * abs(dz)
-            if not ahead_only:
-                length += 0.5 * pitching * off * off - back
             if n == end:
-                overshoots = np.isinf(spot) and away < 2.0 * radius
-                result[at] = length
-            elif steep or not ahead_only:
-                result[at] = min(result[at], length if ahead_only else max(length, 0.0))
-            before = parent[n]
-            if before < 0 or reached[before] != reached[end]:
+                result[at] = length + 0.5 * pitching * off * off
+            elif steep:
+                result[at] = min(result[at], length)
+            if not ahead_only or steep or parent[n] < 0 or reached[parent[n]] != reached[end]:
                 break
-            if ahead_only:
-                if steep:
-                    break
-            elif (
-                not overshoots
-                or length_m[end] - length_m[before] > radius
-                or states[n, 4] != states[before, 4]
-                or states[n, 5] != states[before, 5]
-            ):
-                break
-            # A vehicle that has climbed enough may turn back before. One that flies straight past
-            # the goal within its turning circle may turn off before.
-            n = before
+            # Who has climbed enough may turn back before: it need not fly on to the end.
+            n = parent[n]
             back = length_m[end] - length_m[n]
         if not reached[end]:
             result[at] += leg

@@ -165,7 +165,8 @@ class Planner:
         prepared_sets: Sequence[tuple[float, PreparedReachSet]] = Lazily(count, prepare)
         if not automaton.has_inertia:
             prepared_sets = tuple(prepared_sets)
-        if terminal_cost is curved_distance_to_go:
+        priced = automaton.climbs_ahead or automaton.can_stop
+        if terminal_cost is curved_distance_to_go and priced:
             terminal_cost = partial(curved_distance_to_go, prices=prices)
         return cls(
             library.automaton,

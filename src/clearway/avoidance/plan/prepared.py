@@ -43,8 +43,6 @@ class PreparedReachSet:
     """[nodes] stage costs from the start to each node."""
     off_level_m: FloatArray
     """[nodes] what it costs that a trajectory leaves the grid above or below there."""
-    turn_m_per_rad: float
-    """Price of turns beside their length; 0 for what can stop, whose cost to go has it."""
     first_movement: IntArray
     """[nodes] index of the first movement on the way to each node."""
     first_node: IntArray
@@ -93,7 +91,6 @@ class PreparedReachSet:
             loiter,
             cost,
             price_of(prices.off_level) * step_m * _leaves_level(reach_set),
-            prices.turn * turning_radius_m if np.isfinite(turning_radius_m) else 0.0,
             first,
             first_node,
             step_m,
@@ -112,11 +109,6 @@ class PreparedReachSet:
     def without_loiter(self) -> PreparedReachSet:
         """The same, asking for no room to circle."""
         return replace(self, loiter=NO_LOITER)
-
-    @cached_property
-    def prices_level(self) -> bool:
-        """Whether leaving the grid above or below costs anything."""
-        return bool(self.off_level_m.any())
 
     @cached_property
     def ends(self) -> Ends:
@@ -209,7 +201,7 @@ def ends_of(prepared: PreparedReachSet, complete: BoolArray) -> Ends:
     left = states[:, 1]
     return Ends(
         nodes,
-        prepared.path_cost_m[nodes],
+        prepared.path_cost_m[nodes] + prepared.off_level_m[nodes],
         prepared.first_movement[nodes],
         ahead,
         left,
@@ -230,37 +222,9 @@ def _leaves_level(reach_set: ReachSet) -> FloatArray:
 def complete_ends(
     prepared: PreparedReachSet, goal: Goal, arrived: Arrival, *, leads_past: bool = False
 ) -> Ends:
-    """Of complete trajectories that can be flown, with what it costs to leave the grid above or
-    below: at the last goal, none leads past it, unless that is asked for."""
-    if leads_past:
-        ends = prepared.ends if prepared.may_stay else prepared.leading_on
-    else:
-        ends = _ends_for(prepared, goal, arrived)
-    return _off_level(prepared, ends, goal) if prepared.prices_level else ends
-
-
-def _off_level(prepared: PreparedReachSet, ends: Ends, goal: Goal) -> Ends:
-    """Ends with what it costs to leave the grid above or below.
-
-    Of what cannot stop: nothing on the side where the goal lies beyond the field, and what is left
-    to turn, which no movement there is charged for.
-    """
-    price_m = prepared.off_level_m[ends.nodes]
-    if prepared.turn_m_per_rad == 0.0:
-        return ends._replace(path_cost_m=ends.path_cost_m + price_m)
-    ahead, left, up = goal.target_m.tolist()
-    lowest, highest = prepared.reach_set.grid.elevation_edges_rad[[0, -1]].tolist()
-    elevation = np.arctan2(up, np.hypot(ahead, left))
-    beyond = float(elevation > highest) - float(elevation < lowest)
-    states = prepared.reach_set.states[ends.nodes]
-    off = np.arctan2(left - ends.left_m, ahead - ends.ahead_m) - states[:, 5]
-    turn = np.abs((off + np.pi) % (2.0 * np.pi) - np.pi)
-    leaves_m = price_m * (beyond * states[:, 2] <= 0.0) + prepared.turn_m_per_rad * turn
-    return ends._replace(path_cost_m=ends.path_cost_m + np.where(price_m > 0.0, leaves_m, 0.0))
-
-
-def _ends_for(prepared: PreparedReachSet, goal: Goal, arrived: Arrival) -> Ends:
-    if not goal.final or arrived.is_beyond or not np.count_nonzero(arrived.reached):
+    """Of complete trajectories that can be flown: at the last goal, none leads past it, unless that
+    is asked for."""
+    if leads_past or not goal.final or arrived.is_beyond or not np.count_nonzero(arrived.reached):
         return prepared.ends if prepared.may_stay else prepared.leading_on
     complete = (prepared.reach_set.complete & ~arrived.reached) | arrived.first
     ends = ends_of(prepared, complete)
