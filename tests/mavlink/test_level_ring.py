@@ -78,13 +78,13 @@ def test_past_posts_every_decision_keeps_an_escape_tilted_or_not(
     habits = Habits(acceleration_mps2=3.0, tilt_deg=tilt_deg)
     flown = flight(seed, habits, span_m=[0.0, 20.0])
     assert flown.session.core.system.escape.flown == "strict"
-    flown.run(60.0)
+    flown.run(120.0)
     certain = certain_of(flown)
     assert all(certain[certain.index(True) :])
     assert certain.index(True) <= 1
     assert flown.autopilot.nearest_obstacle_m >= BODY_M
     if seed < 10:  # Between many posts some turn to and fro, safely, until their time is up.
-        assert flown.autopilot.path_m > 15.0
+        assert abs(flown.autopilot.truth.position_m[0] - 16.0) < 1.5
 
 
 def test_with_an_opening_it_leaves_wherever_it_is_handed_over() -> None:

@@ -168,7 +168,7 @@ def test_the_missions_of_6_5(name, straight, hits):
     assert len(run.intruder_tracks) == 8
 
 
-@pytest.mark.parametrize(("price", "behind"), [(0.0, 0), (16.0, 3)])
+@pytest.mark.parametrize(("price", "behind"), [(0.0, 0), (16.0, 2)])
 def test_a_price_for_crossing_ahead_passes_more_of_them_behind(price, behind):
     """Who has begun to pass on one side stays with it: not all of eight that come one by one."""
     tables = read_mission_file("intruders").effective()

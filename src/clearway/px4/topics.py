@@ -293,8 +293,7 @@ class Px4Topics(TopicLink[S]):
 
     def leave(self) -> None:
         """Out of PX4, which holds where it flew our mode; not where the second process flies it."""
-        if self.handing.hand.relieved:
-            return
-        if self.is_active:
-            self.mode.hold()
-        self.mode.unregister()
+        if not self.handing.hand.relieved:
+            if self.is_active:
+                self.mode.hold()
+            self.mode.unregister()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.frames import FloatArray
+from clearway.base.rounding import SURELY
 from clearway.base.state import IntArray
 from clearway.live.mission import Mission
 from clearway.vehicle.automaton import MovementAutomaton
@@ -33,11 +34,12 @@ def over_turns(mission: Mission, automaton: MovementAutomaton) -> str | None:
         return None
     suits_m, reach_m = suited_reach_m(automaton), mission.reach_radius_m
     inside, apart_m = goals_within_turns(mission, radius_m)
-    risky = inside[(apart_m < WIDE * suits_m) | (reach_m < suits_m)]
+    surely_m = suits_m / SURELY
+    risky = inside[(apart_m < WIDE * surely_m) | (reach_m < surely_m)]
     if not len(risky):
         return None
     nearest_m = float(apart_m.min())
-    if nearest_m >= WIDE * suits_m:
+    if nearest_m >= WIDE * surely_m:
         cure = f"mission.reach_radius_m = {suits_m:.3g} would do"
     else:
         share = min(nearest_m / WIDE, reach_m) / suits_m
