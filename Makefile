@@ -14,7 +14,7 @@ CORE := $(BIN)/python -m clearway_build
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo core test lint types imports unit nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo core test lint types imports unit realtime nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly copter-columns --out clearway-out/demo
@@ -22,7 +22,7 @@ demo: $(VENV)/.core
 core: $(VENV)/.core
 	$(CORE)
 
-test: lint types imports unit
+test: lint types imports realtime unit
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -36,7 +36,12 @@ imports: $(VENV)/.dev
 
 unit: $(VENV)/.dev
 	$(CORE)
-	$(BIN)/pytest -n 2 --dist loadfile
+	$(BIN)/pytest -n 2 --dist loadfile -m 'not nightly and not realtime'
+
+# Processes that meet in real time, one test at a time: beside others they would come too late.
+realtime: $(VENV)/.dev
+	$(CORE)
+	$(BIN)/pytest -m 'realtime and not nightly'
 
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev

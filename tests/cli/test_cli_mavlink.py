@@ -42,6 +42,8 @@ from own_process import run_clearway
 from repository import REPOSITORY
 from simulated_flight import looped
 
+pytestmark = pytest.mark.realtime
+
 EXAMPLE = REPOSITORY / "examples/missions/mavlink.toml"
 MARGIN_M = 0.6
 

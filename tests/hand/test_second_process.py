@@ -14,6 +14,8 @@ import pytest
 
 from hand_pair import Pair, is_running
 
+pytestmark = pytest.mark.realtime
+
 
 @pytest.fixture
 def heard() -> Iterator[socket.socket]:

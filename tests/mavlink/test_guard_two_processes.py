@@ -14,6 +14,8 @@ pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 
 from free_ports import free_port
 
+pytestmark = pytest.mark.realtime
+
 PILLAR = """
 [mission]
 name = "guarded"

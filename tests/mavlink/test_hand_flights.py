@@ -11,6 +11,8 @@ pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 from hand_flights import end, fly, kill, stop
 from mavlink_for_tests import KEY
 
+pytestmark = pytest.mark.realtime
+
 MARGIN_M = 1.0
 AT_WALL_S = 6.5
 """Flown straight at it by a pilot, and 4.5 m before it."""

@@ -43,6 +43,8 @@ from mavlink_for_tests import (
     position,
 )
 
+pytestmark = pytest.mark.realtime
+
 SUPPORT = Path(__file__).parents[1] / "support"
 GUARDED = """
 [mission]

@@ -24,6 +24,8 @@ from hand_flights import WALL
 from ros2_for_tests import LOOPBACK
 from ros2_processes import all_ended, begun
 
+pytestmark = pytest.mark.realtime
+
 DOMAIN = 97
 """Of these tests alone."""
 DEAD_END = (

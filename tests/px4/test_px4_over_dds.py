@@ -23,6 +23,8 @@ from repository import REPOSITORY
 from ros2_for_tests import LOOPBACK
 from ros2_processes import ENVIRONMENT, all_ended, begun
 
+pytestmark = pytest.mark.realtime
+
 DOMAIN = 98
 """Of these tests alone."""
 EXAMPLES = REPOSITORY / "examples" / "ros2"

@@ -9,6 +9,8 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from ros2_for_tests import DOMAIN
 from ros2_processes import all_ended, begun
 
+pytestmark = pytest.mark.realtime
+
 SPEAKS = """
 import threading
 from cyclonedds.core import Entity

@@ -11,6 +11,8 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from repository import REPOSITORY
 from ros2_processes import flown_apart
 
+pytestmark = pytest.mark.realtime
+
 PILLAR = (REPOSITORY / "examples" / "ros2" / "pillar.toml").read_text()
 PARAMETERS = """
 /**:

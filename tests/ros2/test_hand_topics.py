@@ -12,6 +12,8 @@ from hand_flights import Cut, kill, stop
 from hand_topics import fly_topics
 from ros2_for_tests import LOOPBACK
 
+pytestmark = pytest.mark.realtime
+
 MARGIN_M = 0.6
 NEAR_M = 9.0
 """Flown at a wall 13.5 m ahead."""

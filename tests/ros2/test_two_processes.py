@@ -15,6 +15,8 @@ from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, RosBench, cloud, until
 from ros2_processes import SUPPORT, begun
 
+pytestmark = pytest.mark.realtime
+
 PILLAR = REPOSITORY / "examples" / "ros2" / "pillar.toml"
 PARAMETERS = f"""
 /**:
