@@ -133,8 +133,16 @@ def test_so_it_does_where_what_nobody_has_seen_is_free(
         assert next(kept, -1) == found
 
 
-@pytest.mark.parametrize("seed", [4, 7])
-@pytest.mark.parametrize("often", [False, True])
+@pytest.mark.parametrize(
+    ("seed", "often"),
+    [
+        (7, True),
+        *(
+            pytest.param(*one, marks=pytest.mark.nightly)
+            for one in [(4, True), (4, False), (7, False)]
+        ),
+    ],
+)
 def test_likewise_where_beginnings_are_not_in_order(ways, seed, often) -> None:
     """As they are of loops against the wind: some come long before those that they begin with."""
     library, legs, rng = ways.library, ways.library.legs, np.random.default_rng(seed)

@@ -35,7 +35,7 @@ def seen_left_of(right_m: float) -> SeenSpace:
     return seen._replace(free=voxels, whole=voxels)
 
 
-@pytest.mark.parametrize("had_certain", [False, True])
+@pytest.mark.parametrize("had_certain", [False, pytest.param(True, marks=pytest.mark.nightly)])
 def test_only_the_first_certain_way_out_is_waited_for(had_certain: bool) -> None:
     """Between a wall and what nobody has seen a loop keeps half of the margin, where thin things
     are declared: one that leads into the unseen is better only before any certain one was in

@@ -190,7 +190,15 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("range_m", [15, 20, 30, 50])
+@pytest.mark.parametrize(
+    "range_m",
+    [
+        15,
+        50,
+        pytest.param(20, marks=pytest.mark.nightly),
+        pytest.param(30, marks=pytest.mark.nightly),
+    ],
+)
 def test_the_sample_flight_is_flown_on_at_any_range(range_m: int, samples: Path) -> None:
     """A copter stops before what it has not seen; a plane must know where to turn round."""
     flight = ("--scan", "flight.mcap", "--all", "--airframe-radius", "0.5", "--range", range_m)

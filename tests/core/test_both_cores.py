@@ -88,7 +88,14 @@ MISSIONS = (
 )
 
 
-@pytest.mark.parametrize("mission", MISSIONS, ids=lambda one: Path(one).stem)
+@pytest.mark.parametrize(
+    "mission",
+    [
+        MISSIONS[2],
+        *(pytest.param(one, marks=pytest.mark.nightly) for one in MISSIONS if one != MISSIONS[2]),
+    ],
+    ids=lambda one: Path(one).stem,
+)
 def test_first_calls_give_what_plain_python_gives(mission: str) -> None:
     """Both call the same C library, so that this holds with any."""
     done = subprocess.run(
