@@ -31,6 +31,7 @@ from clearway.sim.dead_ends import (
     wedge,
 )
 from clearway.sim.mazes import maze_walls
+from clearway.sim.warehouse import warehouse
 from clearway.sim.world_parts import (
     TALL_M,
     MadeWorld,
@@ -234,6 +235,7 @@ WORLD_FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
         **{f"balls-{count}": partial(ball_world, balls=count) for count in BALL_DENSITIES},
         **COLUMN_WORLDS,
         "street": street,
+        "warehouse": warehouse,
         "wires": wires,
         "walls": walls,
         "pockets": pockets,

@@ -12,7 +12,7 @@ from clearway.io.toml import Section
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.sections import NotNegative
 from clearway.missions.world_file import mission_of
-from clearway.sim import clutter, column_fields, dead_ends, worlds
+from clearway.sim import clutter, column_fields, dead_ends, warehouse, worlds
 from clearway.sim.world_parts import MadeWorld, RandomEnds, anywhere, scatter_ends
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0)]
@@ -96,6 +96,18 @@ class WallParameters(WorldParameters):
     """Number, 18 m apart."""
     aside_m: Length = worlds.GAPS_ASIDE_M
     """How far gaps lie from the straight way, at most."""
+
+
+class WarehouseParameters(WorldParameters):
+    """Of `warehouse`."""
+
+    aisle_m: Span = warehouse.AISLES_M
+    """Width of the aisles, 3 m at least: stacks in them leave 2 m."""
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _need(self, "aisle_m", 3.0)
+        return self
 
 
 class PocketParameters(WorldParameters):
@@ -222,6 +234,7 @@ MADE: Mapping[str, MadeFamily] = MappingProxyType(
         "columns": MadeFamily(ColumnParameters, column_fields.column_field),
         "cylinders": MadeFamily(CylinderParameters, column_fields.cylinder_field),
         "street": MadeFamily(WorldParameters, worlds.street),
+        "warehouse": MadeFamily(WarehouseParameters, warehouse.warehouse),
         "wires": MadeFamily(WorldParameters, worlds.wires),
         "walls": MadeFamily(WallParameters, worlds.walls),
         "pockets": MadeFamily(PocketParameters, worlds.pockets),
