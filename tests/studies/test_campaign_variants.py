@@ -11,6 +11,7 @@ from clearway.studies.campaigns.engines import make_process_engine
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.campaigns.pages import full_form, short_form
 from clearway.studies.campaigns.run import run_campaign
+from in_process import clearway
 
 VARIED = """
 name = "varied"
@@ -46,6 +47,9 @@ def test_a_variant_flies_with_settings_of_its_own_and_is_a_column(tmp_path: Path
     again = run_campaign(campaign, out, make_process_engine(1))
     assert (again.flown_now, len(again.rows)) == (0, 3)
     assert "--replay forest/bolder/0" in bolder.replay
+    flown = clearway("campaign", file, "--replay", "forest/bolder/0", "--out", out)
+    assert flown.exit_code == 0, flown.stderr
+    assert "it ends as its row says, to the last bit" in flown.stderr
     file.write_text(VARIED.replace('"known"', '"off"'))
     with pytest.raises(InputError, match="other settings of forest"):
         run_campaign(read_campaign(str(file)), out, make_process_engine(1))

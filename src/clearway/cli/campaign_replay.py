@@ -29,7 +29,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     results = ResultsFolder.checked(replayed, "campaign --replay", task.key)
     case = case_of(task)
     case.setup.refuse_impossible()
-    run = flown_with_bar(case.setup, task.planner, Path(task.folder))
+    run = flown_with_bar(case.setup, task.flown_by, Path(task.folder))
     row = make_flight_row(task, run, Spent(0.0, 0.0))
     before = _row_before(folder / RESULTS, task.key)
     other = _differences(before, row)
