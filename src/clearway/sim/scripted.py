@@ -9,7 +9,7 @@ for; a visible one is a ball that simulated sensors see.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from operator import itemgetter
@@ -48,6 +48,8 @@ class ScriptedIntruder:
     """Whether it reports itself."""
     visible: bool = False
     """Whether simulated sensors see it, as a ball of its radius."""
+    course: Callable[[float], FloatArray] | None = None
+    """Where [3] it is at a time, world frame, in place of straight flight."""
 
     __repr__ = brief
 
@@ -213,9 +215,13 @@ class _Flyer:
         self._time_s, self._turns_s = time_s, time_s
         self._rng, self._deviates = rng, deviates
         self._velocity_mps = velocity_mps
+        self._course = scripted.course
 
     def move(self, time_s: float) -> None:
         """Fly to a time; with deviation, a new direction inside the spread every second."""
+        if self._course is not None:
+            self.position_m = self._course(time_s)
+            return
         while self._time_s < time_s - 1e-12:
             if self._deviates and self._time_s >= self._turns_s - 1e-9:
                 self._velocity_mps = self._deviated()

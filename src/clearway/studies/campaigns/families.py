@@ -34,6 +34,12 @@ from clearway.obstacles.columns import Columns
 from clearway.sim.world_parts import MadeWorld, leg, scatter_ends
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.made_worlds import MADE, MadeFamily, StartParameters
+from clearway.studies.campaigns.peer_worlds import (
+    PEER_WORLDS,
+    MovingParameters,
+    moving_mission,
+    with_moving,
+)
 from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
 
 PLACES = Path(__file__).parents[1] / "examples" / "missions"
@@ -209,8 +215,14 @@ CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
         **{
             name: Family(_about(made.make), made.parameters, _made(made))
-            for name, made in MADE.items()
+            for name, made in {**MADE, **PEER_WORLDS}.items()
         },
+        "moving": Family(
+            "Obstacles on closed ways among pillars and bars; sensors alone tell of them.",
+            MovingParameters,
+            lambda case: moving_mission(case.seed, case.parameters),
+            lambda setup, case: with_moving(setup, case.seed, case.parameters),
+        ),
         "mission": Family("A mission that comes with clearway.", MissionParameters, _mission),
         "place": Family(
             "A mission file of your own, such as a surveyed place.", PlaceParameters, _place

@@ -25,6 +25,8 @@ Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
 Tables = dict[str, Any]
 NAME = r"^[A-Za-z0-9][\w.-]*$"
 """Of what stands in keys of flights."""
+CELL = r"^[^|\n]+$"
+"""Of what stands in a cell of a table."""
 MOST_SEEDS = 100_000
 """All flights of a campaign are listed before the first one starts."""
 
@@ -61,6 +63,10 @@ class FamilySection(Section):
     """Of the family."""
     changes: dict[str, Tables] = Field(default_factory=dict)
     """Keys of the mission file to be flown with other values, by table; of every `[[table]]`."""
+    published: str | None = Field(default=None, pattern=CELL)
+    """What others published of such worlds, a column of the table beside them."""
+    differs: str | None = Field(default=None, pattern=CELL)
+    """What of the flights differs from theirs, a column too."""
 
     @property
     def name(self) -> str:

@@ -13,6 +13,7 @@ from clearway.base.intervals import Interval
 from clearway.io.staging import staged_file
 from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
 from clearway.sim.baselines.notes import not_known, shared
+from clearway.studies.campaigns.beside import BESIDE_HEAD, barn_score, beside_cells
 from clearway.studies.campaigns.direct import DIRECT_HEAD, direct_cells
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 from clearway.studies.campaigns.row import FlightRow
@@ -26,7 +27,7 @@ from clearway.studies.campaigns.summary import (
 from clearway.studies.campaigns.totals import HEAD, add_up
 
 FULL, SHORT, TOTALS = "campaign", "campaign-short", "campaign-totals"
-DIRECT = "campaign-direct"
+DIRECT, BESIDE = "campaign-direct", "campaign-beside"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
 COLUMNS = (
     "planner",
@@ -206,11 +207,22 @@ def direct_form(
     return _markdown(lines) + _below(rows, settings, skipped)
 
 
+def beside_form(
+    rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
+) -> str:
+    """As `totals_form`, with how hard the worlds are and what others published."""
+    lines = [BESIDE_HEAD, *beside_cells(rows, settings["campaign"])]
+    score = barn_score(rows)
+    said = "" if score is None else f"\n{score}\n"
+    return _markdown(lines) + said + _below(rows, settings, skipped)
+
+
 FORMS: Mapping[str, Callable[[Sequence[FlightRow], dict[str, str], dict[str, str]], str]] = {
     FULL: full_form,
     SHORT: short_form,
     TOTALS: totals_form,
     DIRECT: direct_form,
+    BESIDE: beside_form,
 }
 """What can be put into a page, by the name of its marks."""
 

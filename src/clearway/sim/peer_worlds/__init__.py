@@ -1,0 +1,1 @@
+"""Made-up worlds of the kinds that other projects measure their planners in, each from a seed."""
