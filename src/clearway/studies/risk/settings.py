@@ -188,8 +188,8 @@ class RiskSettings:
 
     @property
     def crossing_s(self) -> float:
-        """How long it takes until aircraft that stand still are met, and those that creep away."""
-        return CROSSED * self.outer.radius_m / self.own_mps
+        """Whole seconds until aircraft that stand still are met, and those that creep away."""
+        return float(round(CROSSED * self.outer.radius_m / self.own_mps))
 
     @property
     def outer(self) -> Cylinder:
