@@ -28,12 +28,12 @@ def chosen_layers(text: str) -> tuple[int, ...]:
 def chosen_planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
     """Return the planners asked for, clearway without any; raises ClearwayError."""
     from clearway.sim.baselines import CLEARWAY, known_planner
-    from clearway.studies.risk.long_planners import LONG_PLANNERS
+    from clearway.studies.risk.long_choice import long_planner
 
     wanted = names or [CLEARWAY]
     if settings.vehicle:
         for name in wanted:
-            LONG_PLANNERS.named(name)
+            long_planner(name)
         return list(dict.fromkeys(wanted))
     chosen = [known_planner(name) for name in wanted]
     return list(dict.fromkeys(chosen))
