@@ -21,7 +21,7 @@ from clearway.studies.risk.candidates import WantedKinds, entered, taken
 from clearway.studies.risk.entry import Entries
 from clearway.studies.risk.settings import RiskSettings
 
-MOST_TRIES = 1000
+MOST_TRIES = 200
 """Draws of candidates before a kind of encounter counts as impossible."""
 STEPS_PER_S = 4
 """Samples of a track in a second; it is straight between them."""
@@ -176,9 +176,7 @@ def _flies(model: EncounterModel, settings: RiskSettings, own_height_m: float) -
     """
     ceiling_m = settings.ceiling_ft * FOOT_M
     beyond = model.span("L")[1] * FOOT_M > ceiling_m
-    return own_height_m >= settings.floor_ft * FOOT_M and not (
-        beyond and own_height_m > ceiling_m
-    )
+    return own_height_m >= settings.floor_ft * FOOT_M and not (beyond and own_height_m > ceiling_m)
 
 
 def _own_height_m(tracks: SampledTracks, entry_m: FloatArray) -> float:
