@@ -142,7 +142,7 @@ def test_parents_of_the_same_second_are_drawn_first():
     np.testing.assert_array_equal(after[:, 3], 1 - now[:, 3])
     np.testing.assert_array_equal(after[:, 4], after[:, 3])
     circle = text.replace("0 0 0 0 0 0 0\n0 0 0 0 0 1 0", "0 0 0 0 0 0 1\n0 0 0 0 0 1 0")
-    with pytest.raises(InputError, match="G_transition: .* in a circle"):
+    with pytest.raises(InputError, match=r"G_transition: .* in a circle"):
         parse_encounter_model(circle)
 
 
@@ -201,10 +201,8 @@ def test_a_manoeuvre_is_what_leaves_straight_flight_and_its_path_is_longer():
     straight = separation_of(met, "straight", replace(KIND, surveillance="perfect"))[0]
     assert not straight.manoeuvred
     assert straight.extra_path_m == pytest.approx(0.0, abs=1e-6)
-    number = next(
-        n for n in range(40)
-        if separation_of(sample_encounter(made_up_model(), n, KIND), STRAIGHT, KIND)[0].near_collision
-    )  # fmt: skip
+    flown = straight_flights(made_up_model(), KIND, 12).outcomes
+    number = next(one.number for one in flown if one.straight.near_collision)
     avoided = separation_of(sample_encounter(made_up_model(), number, KIND), "clearway", KIND)[0]
     assert avoided.manoeuvred
     assert avoided.extra_path_m > 0.0

@@ -13,7 +13,6 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.studies.encounter_model.network import EncounterModel
 
-
 END = 1_000_000
 """No model has as many variables."""
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -80,7 +81,7 @@ def read_network(path: Path) -> Network:
     low, high = row(sizes[0]), row(sizes[0])
     mean, scale = row(sizes[0] + 1), row(sizes[0] + 1)
     layers = []
-    for inputs, outputs in zip(sizes, sizes[1:], strict=False):
+    for inputs, outputs in pairwise(sizes):
         weights = np.stack([row(inputs) for _ in range(outputs)])
         layers.append((weights, np.concatenate([row(1) for _ in range(outputs)])))
     return Network(low, high, mean, scale, tuple(layers))
