@@ -8,6 +8,7 @@ from typing import Any
 
 from clearway.base.own_code import shorten_own_name
 from clearway.io.marked_page import put_between_marks
+from clearway.studies.risk.horizontal_cas import PREFIX
 from clearway.studies.risk.many import ModelStudy
 from clearway.studies.risk.ratios import LARGEST_RATIOS
 
@@ -76,7 +77,7 @@ def planner_rows(studies: Sequence[ModelStudy]) -> list[tuple[str, ...]]:
             nuisance = told["nuisance"]
             rows.append(
                 (
-                    f"{one.name}, {shorten_own_name(planner)}",
+                    f"{one.name}, {shorten_name(planner)}",
                     str(one.summary["encounters"]),
                     ratio_in_words(told[NEAR]),
                     ratio_in_words(told[LOST]),
@@ -105,6 +106,12 @@ def write_tables(page: Path, studies: Sequence[ModelStudy]) -> list[str]:
     for name in names:
         put_between_marks(page, name, as_markdown(FORMS[name](studies)))
     return names
+
+
+def shorten_name(planner: str) -> str:
+    """Return a planner's name for tables, without the folder of its networks or file."""
+    kind = PREFIX.rstrip(":")
+    return kind if planner.startswith(PREFIX) else shorten_own_name(planner)
 
 
 def as_markdown(rows: Sequence[Sequence[str]]) -> str:
