@@ -87,6 +87,12 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
         (("--range-m", "-5"), "--range-m: is for --vehicle or --surveillance"),
         (("--reaction-s", "30"), "--reaction-s: is for --vehicle or --surveillance"),
         (("--floor-ft", "50"), "--floor-ft: is for --vehicle or --surveillance"),
+        (("--models", "."), "--models: is for --vehicle or --surveillance"),
+        (("--within-s", "300"), "--within-s: is for --vehicle or --surveillance"),
+        (("--vehicle", "wing", "--models", "."), "holds no encounter models"),
+        (("--vehicle", "wing", "--models", ".", "--only", "3"), "--only: is of one model"),
+        (("--vehicle", "wing", "--docs", "page.md"), "--docs: is for --models"),
+        (("--vehicle", "wing", "-p", "horizontalcas:nowhere"), "cannot be read"),
         (("--vehicle", "wing", "--own-kt", "200"), "--own-kt: is of the stretched world"),
         (("--surveillance", "ads-b", "--noise", "0,0"), "--noise: is of the stretched world"),
         (("--vehicle", "wing", "--stretch", "9"), "--stretch: is of the stretched world"),
@@ -99,3 +105,28 @@ def test_bad_options_end_with_2(arguments, said, tmp_path):
     assert done.returncode == 2
     assert said in done.stderr
     assert done.stdout == ""
+
+
+def test_every_model_of_a_folder_in_one_command(tmp_path):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    made_up = Path(made_up_model().source).read_text()
+    for name in ("one", "two"):
+        (folder / f"{name}.txt").write_text(made_up)
+    (tmp_path / "page.md").write_text(
+        "<!-- encounter-models:begin -->\n<!-- encounter-models:end -->\n"
+    )
+    done = run_here(
+        "risk", "--models", "models", "--vehicle", "wing", "--count", 3, "--workers", 1,
+        "--journal", "kept", "--docs", "page.md", "--json", "--out", "all", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 3, done.stderr
+    told = json.loads(done.stdout)
+    assert list(told["models"]) == ["one", "two"]
+    one = told["models"]["one"]
+    assert one["straight"] == told["models"]["two"]["straight"], "the same model twice"
+    assert set(one["planners"]["clearway"]["nuisance"]) >= {"of_clear", "of_manoeuvres"}
+    assert one["layers"][0]["altitude_ft"][0] >= 50.0
+    assert json.loads((tmp_path / "all" / "risk.json").read_text()) == told
+    assert {file.name for file in (tmp_path / "kept").iterdir()} == {"one.jsonl", "two.jsonl"}
+    assert (tmp_path / "page.md").read_text().count("| 3 |") == 2

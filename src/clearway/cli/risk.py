@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,8 @@ from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import leave_by, print_json, say
 from clearway.cli.risk_files import draw_curves, results_folder, write_study
+from clearway.cli.risk_given import chosen_layers, chosen_planners, read_model
+from clearway.cli.risk_models import ModelWatch, fly_models
 from clearway.cli.risk_table import print_risk
 
 if TYPE_CHECKING:
@@ -25,7 +28,8 @@ if TYPE_CHECKING:
 
 KIND, SCALE, RUN, OUTPUT = "Kind of encounter", "Real scale", "Run", "Output"
 STRETCHED_ALONE = ("own_kt", "noise", "report_s", "stretch")
-REAL_ALONE = ("range_m", "reaction_s", "floor_ft", "ceiling_ft")
+REAL_ALONE = ("range_m", "reaction_s", "floor_ft", "ceiling_ft", "within_s", "models")
+MODELS_ALONE = ("docs",)
 """Options of one of both worlds, see docs/risk.md: the other would fly without a word of them."""
 
 
@@ -35,6 +39,21 @@ def risk(
         Path | None,
         typer.Argument(
             help="Encounter model in the text format of MIT Lincoln Laboratory; default: made up."
+        ),
+    ] = None,
+    models: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of encounter models: fly each of them, instead of one MODEL; --journal is "
+            "a folder then.",
+            rich_help_panel=KIND,
+        ),
+    ] = None,
+    docs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="With --models: put the tables between the marks of a Markdown page.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     curves: Annotated[
@@ -108,6 +127,14 @@ def risk(
     ceiling_ft: Annotated[
         float, typer.Option(help="Greatest height, in feet.", rich_help_panel=SCALE)
     ] = 6000.0,
+    within_s: Annotated[
+        float | None,
+        typer.Option(
+            help="Time that aircraft have to come near, in seconds; default 200 for 3 nmi, with "
+            "--models until the ownship has met what stands still.",
+            rich_help_panel=SCALE,
+        ),
+    ] = None,
     limits: Annotated[
         str,
         typer.Option(
@@ -144,6 +171,7 @@ def risk(
     Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
     neither is shown.
     """
+    from clearway.studies.risk.fit import fit_height
     from clearway.studies.risk.ratios import LARGEST_LIMIT, RiskLimits
     from clearway.studies.risk.settings import RiskSettings
     from clearway.studies.risk.summary import summary, verdict_of
@@ -167,7 +195,8 @@ def risk(
             floor_ft=floor_ft,
             ceiling_ft=ceiling_ft,
             surveillance_seed=seed,
-            layers=_layers(layers),
+            **({} if within_s is None else {"within_s": within_s}),
+            layers=chosen_layers(layers),
         )
     else:
         refuse_given(context, REAL_ALONE, "is for --vehicle or --surveillance")
@@ -177,10 +206,20 @@ def risk(
             report_s=report_s,
             position_std_m=position_std,
             velocity_std_mps=velocity_std,
-            layers=_layers(layers),
+            layers=chosen_layers(layers),
         )
-    planners = _planners(planner, settings)
-    network = _model(model, settings)
+    planners = chosen_planners(planner, settings)
+    if models is not None:
+        refuse_given(context, ("model", "only"), "is of one model: leave out --models")
+        if within_s is None:
+            settings = replace(settings, within_s=settings.crossing_s)
+        numbers = range(first, first + count)
+        watch = ModelWatch(docs or [], journal, results_folder(out, models, None), as_json)
+        fly_models(models, planners, numbers, settings, seed, workers, asked, watch)
+        return
+    refuse_given(context, MODELS_ALONE, "is for --models")
+    network = read_model(model, settings)
+    settings = fit_height(settings, network) if settings.vehicle else settings
     folder, pictures = results_folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:
         _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
@@ -195,45 +234,6 @@ def risk(
     if folder is not None:
         write_study(result, told, folder)
     leave_by([verdict_of(told["planners"][planners[0]])])
-
-
-def _layers(text: str) -> tuple[int, ...]:
-    from clearway.base.errors import InputError
-
-    try:
-        numbers = tuple(int(part) for part in text.split(",") if part.strip())
-    except ValueError:
-        numbers = (0,)
-    if any(number < 1 for number in numbers):
-        raise InputError("--layers", f"numbers from 1 are needed, as in 2,3; got {text!r}")
-    return tuple(number - 1 for number in numbers)
-
-
-def _planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
-    from clearway.sim.baselines import CLEARWAY, known_planner
-    from clearway.studies.risk.long_planners import LONG_PLANNERS
-
-    wanted = names or [CLEARWAY]
-    if settings.vehicle:
-        for name in wanted:
-            LONG_PLANNERS.named(name)
-        return list(dict.fromkeys(wanted))
-    chosen = [known_planner(name) for name in wanted]
-    return list(dict.fromkeys(chosen))
-
-
-def _model(path: Path | None, settings: RiskSettings) -> EncounterModel:
-    from clearway.base.errors import InputError
-    from clearway.io.public_data import find_public_data
-    from clearway.studies.encounter_model import made_up_model, read_encounter_model
-
-    if path is None:
-        say("no model given: the numbers of this one are made up, not measured")
-    network = made_up_model() if path is None else read_encounter_model(find_public_data(path))
-    bins = network.variables[network.index("L")].bins
-    if any(layer >= bins for layer in settings.layers):
-        raise InputError("--layers", f"the model has layers 1 to {bins}")
-    return network
 
 
 def _flown(

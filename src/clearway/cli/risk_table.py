@@ -57,6 +57,27 @@ def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
         _print_layers(summary, result.planners[0])
     for planner in result.planners:
         _print_cases(summary["planners"][planner], planner)
+    if result.settings.vehicle:
+        for planner in result.planners:
+            print(f"{planner}: {nuisance_in_words(summary['planners'][planner]['nuisance'])}")
+
+
+def nuisance_in_words(told: dict[str, Any]) -> str:
+    """Return needless manoeuvres, by both definitions, and detours in a line."""
+    if told["of_clear"] is None:
+        return "no encounter that straight flight keeps well clear"
+    line = f"manoeuvres in {_share(told, 'of_clear')} of what straight flight keeps well clear"
+    if told["of_manoeuvres"] is None:
+        return line
+    return (
+        f"{line}; {_share(told, 'of_manoeuvres')} of its manoeuvres are such; "
+        f"{told['extra_path_m']:.0f} m of extra path in a manoeuvre"
+    )
+
+
+def _share(told: dict[str, Any], name: str) -> str:
+    low, high = told[f"{name}_95"]
+    return f"{100.0 * told[name]:.0f} % [{100.0 * low:.0f}, {100.0 * high:.0f}]"
 
 
 def _cell(measure: dict[str, Any]) -> str:

@@ -15,6 +15,12 @@ import numpy as np
 from clearway.base.errors import InputError, naming
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
+from clearway.studies.encounter_model.conventions import (
+    ACROSS,
+    ALWAYS,
+    choose_conventions,
+    missing_labels,
+)
 from clearway.studies.encounter_model.network import EncounterModel, Node, Variable
 
 SECTIONS = (
@@ -33,11 +39,8 @@ MOST_BYTES = 100_000_000
 """Larger files are no encounter models."""
 AT_ONCE, A_SECOND_ON = "(t)", "(t+1)"
 """Endings of labels of the transition network."""
-NEEDED = ("G", "A", "L", "v", r"\dot v", r"\dot h", r"\dot \psi")
-"""Variables that tracks are made of: geographic area, airspace class, altitude layer (ft), speed
-(kt), and its change (kt/s), climb (ft/min) and turn (deg/s, right positive)."""
-NUMBERS = NEEDED[2:]
-"""Those that are no categories."""
+NUMBERS = (*ALWAYS, *ACROSS)
+"""Variables that are no categories."""
 
 
 def read_encounter_model(path: str | Path) -> EncounterModel:
@@ -105,29 +108,27 @@ class _Reader:
         graph, graph_later = self._graph("G_initial", labels), self._graph("G_transition", later)
         if self.problems:
             return None
-        order = self._order(labels, graph)
+        order = self._order("G_initial", labels, graph)
+        order_later = self._order("G_transition", later, graph_later)
         nodes = self._nodes("N_initial", graph, sizes, range(len(labels)))
         steps = self._nodes("N_transition", graph_later, sizes_later, sorted(following))
-        stray = [p for node in steps.values() for p in node.parents if p >= len(labels)]
-        if stray:
-            names = ", ".join(sorted({later[p] for p in stray}))
-            self.problems.append(f"section G_transition: {names} is a parent a second too early")
         if self.problems:
             return None
+        convention = choose_conventions(labels)
         variables = tuple(
-            Variable(name, size, edge, float(rate))
+            Variable(convention.renamed.get(name, name), size, edge, float(rate))
             for name, size, edge, rate in zip(labels, sizes, edges, rates, strict=True)
         )
-        transition = {following[child]: node for child, node in steps.items()}
+        transition = {following[i]: steps[i].followed(following) for i in order_later if i in steps}
         initial = tuple(nodes[i] for i in range(len(labels)))
-        return EncounterModel(source, variables, initial, order, transition)
+        return EncounterModel(source, variables, initial, order, transition, convention.climb_mps)
 
     def _labels(self, section: str) -> list[str]:
         number, line = self.sections[section][0]
         labels = [part.strip().strip('"') for part in line.split(",")]
         if not all(labels) or len(set(labels)) < len(labels):
             self.problems.append(f"section {section}, line {number}: names must differ, none empty")
-        missing = [name for name in NEEDED if name not in labels]
+        missing = missing_labels(labels)
         if section == "labels_initial" and missing:
             self.problems.append(f"section {section}, line {number}: lacks {', '.join(missing)}")
         return labels
@@ -237,7 +238,7 @@ class _Reader:
             rows.append(row)
         return np.array(rows, dtype=np.int64)
 
-    def _order(self, labels: Sequence[str], graph: IntArray) -> tuple[int, ...]:
+    def _order(self, section: str, labels: Sequence[str], graph: IntArray) -> tuple[int, ...]:
         """Variables, parents first."""
         order: list[int] = []
         while len(order) < len(labels):
@@ -248,7 +249,7 @@ class _Reader:
             ]
             if not ready:
                 left = ", ".join(name for i, name in enumerate(labels) if i not in order)
-                self.problems.append(f"section G_initial: {left} depend on each other in a circle")
+                self.problems.append(f"section {section}: {left} depend on each other in a circle")
                 break
             order += ready
         return tuple(order)

@@ -6,13 +6,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
+from clearway.base.units import FOOT_PER_MINUTE_MPS
+from clearway.studies.encounter_model.conventions import SPEED
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +22,7 @@ class Node:
     """One node of a network, given its parents."""
 
     parents: tuple[int, ...]
-    """Indices of variables, ascending."""
+    """Indices of variables as the file orders them; of a transition, `~n` for n a second on."""
     sizes: tuple[int, ...]
     """Bins of each parent."""
     counts: FloatArray
@@ -34,6 +36,14 @@ class Node:
             row += stride * bins[:, parent]
             stride *= size
         return row
+
+    def followed(self, following: Mapping[int, int]) -> Node:
+        """Return the node with parents a second on named by variable, as negative numbers.
+
+        following: variable by index of what it is a second on. Variable n a second on is `~n`.
+        """
+        parents = tuple(~following[p] if p in following else p for p in self.parents)
+        return replace(self, parents=parents)
 
     @cached_property
     def cumulative(self) -> FloatArray:
@@ -75,7 +85,15 @@ class EncounterModel:
     order: tuple[int, ...]
     """Variables, parents first."""
     transition: Mapping[int, Node]
-    """By variable: its bin a second on, given bins now. Variables without one keep theirs."""
+    """By variable: its bin a second on, given bins now and those of earlier nodes a second on.
+    Variables without one keep theirs."""
+    climb_mps: float = FOOT_PER_MINUTE_MPS
+    """A climb of one unit of the file."""
+
+    @property
+    def drifts(self) -> bool:
+        """Whether aircraft have no speed of their own and go with the air, as balloons do."""
+        return SPEED not in (variable.name for variable in self.variables)
 
     def index(self, name: str) -> int:
         """Index of a variable by name."""

@@ -15,7 +15,8 @@ import numpy as np
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
-from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
+from clearway.base.units import FOOT_M, KNOT_MPS
+from clearway.studies.encounter_model.conventions import ACCELERATION, CLIMB, LAYER, SPEED, TURN
 from clearway.studies.encounter_model.network import EncounterModel, Node
 from clearway.studies.encounter_model.seconds import flown_on, step_second, tables_of
 
@@ -109,13 +110,16 @@ def _drawn(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator)
 def _plausible(
     model: EncounterModel, count: int, rng: np.random.Generator, layers: tuple[int, ...]
 ) -> tuple[IntArray, FloatArray]:
-    layer, speed, climb = model.index("L"), model.index("v"), model.index(r"\dot h")
+    layer, climb = model.index(LAYER), model.index(CLIMB)
     bins = np.empty((0, len(model.variables)), dtype=np.int64)
     values = np.empty(bins.shape)
     for _ in range(MOST_TRIES):
         more = sample_initial(model, count, rng)
         inside = values_of(model, more, rng)
-        good = np.abs(inside[:, climb]) * FOOT_PER_MINUTE_MPS < inside[:, speed] * KNOT_MPS
+        good = np.ones(count, dtype=np.bool_)
+        if not model.drifts:
+            speed = inside[:, model.index(SPEED)] * KNOT_MPS
+            good = np.abs(inside[:, climb]) * model.climb_mps < speed
         if layers:
             good &= np.isin(more[:, layer], layers)
         bins, values = np.concatenate([bins, more[good]]), np.concatenate([values, inside[good]])
@@ -131,19 +135,10 @@ def _flown(
     rate = np.repeat(values[:, :-1], steps_per_s, axis=1)
     step = 1.0 / steps_per_s
     first = values[:, 0]
-    acceleration = rate[:, :, model.index(r"\dot v")] * KNOT_MPS
-    climb = rate[:, :, model.index(r"\dot h")] * FOOT_PER_MINUTE_MPS
-    turn = -np.radians(rate[:, :, model.index(r"\dot \psi")])
-    slowest, fastest = model.span("v")
-    speed = _summed(first[:, model.index("v")] * KNOT_MPS, step * acceleration)
-    speed = np.clip(speed, slowest * KNOT_MPS, fastest * KNOT_MPS)
-    heading = _summed(np.zeros(len(values)), step * turn)
-    height = _summed(first[:, model.index("L")] * FOOT_M, step * climb)
-    height = np.maximum(height, model.span("L")[0] * FOOT_M)
-    between = 0.5 * (heading[:, 1:] + heading[:, :-1])
-    # A climb is along the slope: what is left of the speed goes forward.
-    forward = 0.5 * (speed[:, 1:] + speed[:, :-1])
-    level = np.sqrt(np.maximum(forward**2 - climb**2, 0.0))
+    climb = rate[:, :, model.index(CLIMB)] * model.climb_mps
+    height = _summed(first[:, model.index(LAYER)] * FOOT_M, step * climb)
+    height = np.maximum(height, model.span(LAYER)[0] * FOOT_M)
+    level, between = _across(model, first, rate, step, climb)
     none = np.zeros(len(values))
     x = _summed(none, step * level * np.cos(between))
     y = _summed(none, step * level * np.sin(between))
@@ -151,6 +146,24 @@ def _flown(
     velocity = np.diff(position, axis=1) / step
     velocity = np.concatenate([velocity, velocity[:, -1:]], axis=1)
     return step * np.arange(position.shape[1]), position, velocity
+
+
+def _across(
+    model: EncounterModel, first: FloatArray, rate: FloatArray, step: float, climb: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Level speeds and headings [n, s] in the middle of steps; 0 for what goes with the air."""
+    if model.drifts:
+        return np.zeros_like(climb), np.zeros_like(climb)
+    acceleration = rate[:, :, model.index(ACCELERATION)] * KNOT_MPS
+    turn = -np.radians(rate[:, :, model.index(TURN)])
+    slowest, fastest = model.span(SPEED)
+    speed = _summed(first[:, model.index(SPEED)] * KNOT_MPS, step * acceleration)
+    speed = np.clip(speed, slowest * KNOT_MPS, fastest * KNOT_MPS)
+    heading = _summed(np.zeros(len(first)), step * turn)
+    # A climb is along the slope: what is left of the speed goes forward.
+    forward = 0.5 * (speed[:, 1:] + speed[:, :-1])
+    level = np.sqrt(np.maximum(forward**2 - climb**2, 0.0))
+    return level, 0.5 * (heading[:, 1:] + heading[:, :-1])
 
 
 def _summed(start: FloatArray, steps: FloatArray) -> FloatArray:

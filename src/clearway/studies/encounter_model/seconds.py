@@ -13,6 +13,9 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.studies.encounter_model.network import EncounterModel
 
+END = 1_000_000
+"""No model has as many variables."""
+
 
 class Tables(NamedTuple):
     """A model as flat arrays."""
@@ -21,7 +24,7 @@ class Tables(NamedTuple):
     """[nodes, 4] of the transition network: variable, bins, where its parents begin in `parents`,
     and its shares in `cumulative`."""
     parents: IntArray
-    """[k, 2] variable and size, node after node; a variable of -1 ends each."""
+    """[k, 2] variable, or `~variable` for its bin a second on, and size; END ends each node."""
     cumulative: FloatArray
     """Of all nodes, configuration after configuration."""
     low: FloatArray
@@ -42,7 +45,7 @@ def tables_of(model: EncounterModel) -> Tables:
     for changed, node in model.transition.items():
         table = node.cumulative
         nodes.append((changed, table.shape[1], len(parents), at))
-        parents += [*zip(node.parents, node.sizes, strict=True), (-1, 0)]
+        parents += [*zip(node.parents, node.sizes, strict=True), (END, 0)]
         shares.append(table.ravel())
         at += table.size
     most = max(variable.bins for variable in model.variables)
@@ -87,8 +90,12 @@ def step_second(
         variable, size, parent, table = nodes[node]
         for row in range(count):
             configuration, stride, at = 0, 1, parent
-            while parents[at, 0] >= 0:
-                configuration += stride * bins[row, parents[at, 0]]
+            while parents[at, 0] < END:
+                parent_of = parents[at, 0]
+                if parent_of >= 0:
+                    configuration += stride * bins[row, parent_of]
+                else:
+                    configuration += stride * after[row, -1 - parent_of]
                 stride *= parents[at, 1]
                 at += 1
             begins = table + configuration * size

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.studies.encounter_model import EncounterModel, SampledTracks, sample_tracks
@@ -20,6 +21,8 @@ from clearway.studies.risk.candidates import WantedKinds, entered, taken
 from clearway.studies.risk.entry import Entries
 from clearway.studies.risk.settings import RiskSettings
 
+MOST_TRIES = 200
+"""Draws of candidates before a kind of encounter counts as impossible."""
 STEPS_PER_S = 4
 """Samples of a track in a second; it is straight between them."""
 
@@ -62,9 +65,12 @@ class ModelEncounter:
 def sample_encounter(
     model: EncounterModel, number: int, settings: RiskSettings, seed: int = 0
 ) -> ModelEncounter:
-    """The encounter of a number: it depends on that, the seed, the model and the settings alone."""
+    """Draw the encounter of a number: it depends on that, seed, model and settings alone.
+
+    Raises ClearwayError where no aircraft of the model meets an ownship between floor and ceiling.
+    """
     rng = np.random.default_rng([seed, number, 70])
-    while True:
+    for _ in range(MOST_TRIES):
         candidates = [
             candidate for _ in range(settings.tracks) for candidate in _drawn(model, settings, rng)
         ]
@@ -79,6 +85,10 @@ def sample_encounter(
         if found is not None:
             chosen, weight = found
             return replace(candidates[chosen], weight=weight).encounter(number, settings)
+    raise ClearwayError(
+        f"{model.source}: no aircraft meets an ownship between {settings.floor_ft:g} and "
+        f"{settings.ceiling_ft:g} ft; choose other altitude layers or another ceiling"
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +110,8 @@ class _Candidate:
     """Sample at which it comes nearest to straight flight."""
     last: int
     """Sample until which it is flown."""
+    landed: int
+    """Sample at which it lands, which ends the encounter; that of the last one if it does not."""
 
     def kind(self, of: WantedKinds) -> int:
         """Which cylinder straight flight enters first of all, the smallest first."""
@@ -113,7 +125,9 @@ class _Candidate:
             time_s=tracks.time_s,
             position_m=self.path_m + self.entry_m,
             velocity_mps=np.concatenate([velocity[:1], velocity[:-1]]),
-            lasts_s=self.nearest / STEPS_PER_S + settings.afterwards_s,
+            lasts_s=min(
+                self.nearest / STEPS_PER_S + settings.afterwards_s, self.landed / STEPS_PER_S
+            ),
             layer=self.layer,
             own_height_m=_own_height_m(tracks, self.entry_m),
         )
@@ -133,16 +147,36 @@ def _drawn(
     own = np.array([settings.own_mps, 0.0, 0.0])
     drift = path - tracks.time_s[:, None] * own
     layer = int(tracks.bins[0, 0, model.index("L")])
-    met = drift[: int(settings.within_s * STEPS_PER_S) + 1]
+    landed = _landed(model, tracks)
+    met = drift[: min(int(settings.within_s * STEPS_PER_S), landed) + 1]
     entries = Entries(settings.shells, velocity[0] - own, met)
     upwards = np.array([1.0, 1.0, settings.stretch])
     for _ in range(settings.entries):
         entry, weight = entries.draw(rng)
-        if settings.vehicle and _own_height_m(tracks, entry) < settings.floor_ft * FOOT_M:
+        if settings.vehicle and not _flies(model, settings, _own_height_m(tracks, entry)):
             weight = 0.0
         nearest = int(np.argmin(np.linalg.norm((entry + met) * upwards, axis=1)))
-        last = nearest + int(settings.afterwards_s * STEPS_PER_S)
-        yield _Candidate(tracks, layer, path, velocity, drift, entry, weight, nearest, last)
+        last = min(nearest + int(settings.afterwards_s * STEPS_PER_S), landed)
+        yield _Candidate(tracks, layer, path, velocity, drift, entry, weight, nearest, last, landed)
+
+
+def _landed(model: EncounterModel, tracks: SampledTracks) -> int:
+    """Return the sample at which a track reaches the ground, where its model's scale begins."""
+    last = len(tracks.time_s) - 1
+    if model.span("L")[0] > 0.0:
+        return last
+    down = np.flatnonzero(tracks.position_m[0, 1:, 2] <= 0.0)
+    return int(down[0]) + 1 if len(down) else last
+
+
+def _flies(model: EncounterModel, settings: RiskSettings, own_height_m: float) -> bool:
+    """Return whether an ownship may be at a height: above its floor, and below its ceiling.
+
+    Only models that reach beyond the ceiling have encounters far above it.
+    """
+    ceiling_m = settings.ceiling_ft * FOOT_M
+    beyond = model.span("L")[1] * FOOT_M > ceiling_m
+    return own_height_m >= settings.floor_ft * FOOT_M and not (beyond and own_height_m > ceiling_m)
 
 
 def _own_height_m(tracks: SampledTracks, entry_m: FloatArray) -> float:

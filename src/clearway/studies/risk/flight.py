@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,8 @@ INTRUDER = "intruder"
 BODY_SHARE = 0.25
 """Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""
 STEP_S = 0.05
+LEFT_M = 1.0
+"""Nearer than this to its place in straight flight, an ownship has not manoeuvred."""
 VIEW = (100.0, 15, 65.0, 9)
 """Half of the grid's azimuth in degrees, its columns; half of its elevation, its rows. Reports come
 from all around, and a plan that soon leaves the grid is held against too little of the future."""
@@ -64,6 +66,10 @@ class Separation:
     """How often the side of passing was changed, at real scale."""
     sense_reversals: int = 0
     """How often climbing became sinking, or the other way round."""
+    manoeuvred: bool = False
+    """Whether the ownship was ever more than LEFT_M from where straight flight has it."""
+    extra_path_m: float = 0.0
+    """Path flown, and from its end to that of straight flight, less the latter's."""
 
 
 @lru_cache(maxsize=4)
@@ -195,6 +201,7 @@ def separation_of(
             came,
             side_reversals=flown.side_reversals,
             sense_reversals=flown.sense_reversals,
+            **_detour(flown.time_s, flown.own_m, settings),
         ), DecisionEffort(0, _median_ms(flown.decision_s))
     if planner == STRAIGHT:
         time_s = np.arange(0.0, encounter.lasts_s + 0.5 * STEP_S, STEP_S)
@@ -205,7 +212,20 @@ def separation_of(
     own = true_path_m(run, settings)
     took_ms = _median_ms([entry.elapsed_s for entry in run.decisions])
     effort = DecisionEffort(run.emergencies, took_ms)
-    return separation(own, encounter.at_all(run.time_s), settings), effort
+    came = separation(own, encounter.at_all(run.time_s), settings)
+    return replace(came, **_detour(run.time_s, own, settings)), effort
+
+
+def _detour(time_s: FloatArray, own_m: FloatArray, settings: RiskSettings) -> dict[str, Any]:
+    """Return whether a path [n, 3] leaves straight flight, and how much longer it is."""
+    straight = own_m[0] + settings.own_mps * time_s[:, None] * np.array([1.0, 0.0, 0.0])
+    flown_m = float(np.linalg.norm(np.diff(own_m, axis=0), axis=1).sum())
+    left_m = float(np.linalg.norm(straight[-1] - own_m[-1]))
+    off_m = np.linalg.norm(own_m - straight, axis=1)
+    return {
+        "manoeuvred": bool(off_m.max() > LEFT_M),
+        "extra_path_m": max(0.0, flown_m + left_m - settings.own_mps * float(time_s[-1])),
+    }
 
 
 def _median_ms(elapsed_s: Sequence[float]) -> float | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ class RiskJournal:
             "planners": list(planners),
             "settings": asdict(settings),
             "seed": seed,
+            "kept": [field.name for field in fields(Separation)],
         }
         # As JSON has it: tuples are lists there.
         self._study = json.loads(json.dumps(study))
@@ -70,7 +71,7 @@ class RiskJournal:
             raise InputError(
                 str(self._path),
                 "is of another study, or none: its first line must hold the same version, model, "
-                "planners, settings and seed",
+                "planners, settings, seed and measures",
             )
         outcomes = []
         for number, line in enumerate(lines[1:], start=2):

@@ -15,7 +15,8 @@ from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.studies.risk.dynamics import advance
 from clearway.studies.risk.encounter import ModelEncounter
-from clearway.studies.risk.long_planners import LONG_PLANNERS, LongPlanner, LongView, Steer
+from clearway.studies.risk.long_choice import long_planner
+from clearway.studies.risk.long_planners import LongPlanner, LongView, Steer
 from clearway.studies.risk.settings import RiskSettings
 from clearway.traffic.growth import LIGHT_AIRCRAFT
 from clearway.traffic.surveillance import SURVEILLANCES, Surveillance, Watch
@@ -81,7 +82,7 @@ def fly_long(
     volumes: VolumeSet | None = None,
 ) -> LongFlight:
     """The encounter flown; it depends on its number and the settings alone."""
-    steers = LONG_PLANNERS.named(planner) if isinstance(planner, str) else planner
+    steers = long_planner(planner) if isinstance(planner, str) else planner
     able, kind = choose_performance(settings), surveillance_of(settings)
     watch = Watch(
         kind, encounter.at, encounter.lasts_s, (settings.surveillance_seed, encounter.number, 72)

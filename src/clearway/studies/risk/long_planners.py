@@ -41,6 +41,8 @@ class Steer(NamedTuple):
     """-1 down, 1 up, 0 neither."""
     choice: LongRangeChoice | None = None
     """Where it comes from, for those that have one."""
+    advisory: int = 0
+    """Of HorizontalCAS, which needs the one before; 0 is clear of conflict."""
 
     @property
     def reason(self) -> str:
@@ -89,7 +91,7 @@ def by_resolver(view: LongView, prices: RiskPrices | None = None) -> Steer:
 
 def straight_on(view: LongView) -> Steer:
     """What is wanted, whatever is there."""
-    return Steer(view.wanted.course_rad, view.wanted.speed_mps, _back(view), 0, 0)
+    return Steer(view.wanted.course_rad, view.wanted.speed_mps, go_back(view), 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,10 +198,10 @@ def _zone(view: LongView, tuning: LongTuning) -> tuple[float, float]:
 def _wished(view: LongView) -> FloatArray:
     wanted = view.wanted
     level = wanted.speed_mps * np.array([math.cos(wanted.course_rad), math.sin(wanted.course_rad)])
-    return np.array([*level, _back(view)])
+    return np.array([*level, go_back(view)])
 
 
-def _back(view: LongView) -> float:
+def go_back(view: LongView) -> float:
     """Climb that leads back to the height wanted."""
     off = view.wanted.height_m - float(view.motion.position_m[2])
     return max(-view.performance.sink_mps, min(view.performance.climb_mps, 0.2 * off))

@@ -30,6 +30,8 @@ COLLISION = Cylinder(15.0, 5.0)
 """Two aircraft touch: about half of both spans, and of both heights."""
 STRAIGHT = "straight"
 """Straight flight needs no simulation: what happens without any avoidance."""
+CROSSED = 1.25
+"""Radii of the encounter cylinder that an ownship crosses until slow aircraft are met too."""
 TRACKS, ENTRIES = 6, 6
 """Candidates for one encounter at real scale."""
 WIDER = 1.5
@@ -174,16 +176,20 @@ class RiskSettings:
             own_kt=able.speed_mps / KNOT_MPS,
             stretch=1.0,
             radius_nmi=radius_nmi,
-            within_s=200.0 * radius_nmi / 3.0,
             vehicle=vehicle,
             surveillance=surveillance,
             range_m=range_m,
-            **{"tracks": TRACKS, "entries": ENTRIES} | others,
+            **{"tracks": TRACKS, "entries": ENTRIES, "within_s": 200.0 * radius_nmi / 3.0} | others,
         )
 
     @property
     def own_mps(self) -> float:
         return self.own_kt * KNOT_MPS
+
+    @property
+    def crossing_s(self) -> float:
+        """Whole seconds until aircraft that stand still are met, and those that creep away."""
+        return float(round(CROSSED * self.outer.radius_m / self.own_mps))
 
     @property
     def outer(self) -> Cylinder:

@@ -13,7 +13,7 @@ from clearway.studies.processes import run_in_processes
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import craft_of, separation_of
 from clearway.studies.risk.journal import RiskJournal
-from clearway.studies.risk.long_planners import LONG_PLANNERS
+from clearway.studies.risk.long_choice import locate_long
 from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.settings import STRAIGHT, RiskSettings
 
@@ -63,8 +63,8 @@ def study(
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
     if not numbers:
         raise ClearwayError("risk: at least one encounter is needed")
-    known = LONG_PLANNERS if settings.vehicle else PLANNERS
-    flown_by = {planner: known.located(planner) for planner in planners}
+    find = locate_long if settings.vehicle else PLANNERS.located
+    flown_by = {planner: find(planner) for planner in planners}
     job = _Job(model, flown_by, settings, seed)
     if not settings.vehicle:
         # Reach sets are built and stored once, before processes load them.

@@ -13,6 +13,7 @@ from clearway.base.verdict import DemandVerdict, at_most, worst_of
 from clearway.io.json_values import finite
 from clearway.studies.encounter_model import EncounterModel
 from clearway.studies.risk.long_flight import surveillance_of
+from clearway.studies.risk.nuisance import compute_nuisance
 from clearway.studies.risk.ratios import (
     LARGEST_RATIOS,
     MEASURES,
@@ -75,11 +76,12 @@ def summary(
                 "hidden": result.hidden_from(name),
                 "with_emergency": emergencies[name],
                 "decision_ms": finite(decision_ms(result, name)),
+                "nuisance": _nuisance(result, name),
             }
             | _manners(result, name, model)
             for name, measures in planners.items()
         },
-        "layers": _layers(result),
+        "layers": _layers(result, model),
         "provenance": made_by,
     }
 
@@ -110,6 +112,7 @@ def replay_command(result: RiskStudy, model: EncounterModel, planner: str, numbe
         ("--vehicle", settings.vehicle, ""),
         ("--surveillance", settings.surveillance, "ads-b"),
         ("--range-m", settings.range_m, None),
+        ("--within-s", settings.within_s, 200.0 * settings.radius_nmi / 3.0),
         ("--reaction-s", settings.reaction_s, None),
         ("--floor-ft", settings.floor_ft, 50.0),
         ("--ceiling-ft", settings.ceiling_ft, 6000.0),
@@ -146,12 +149,28 @@ def _manners(result: RiskStudy, planner: str, model: EncounterModel) -> dict[str
     }
 
 
-def _layers(result: RiskStudy) -> list[dict[str, Any]]:
+def _nuisance(result: RiskStudy, planner: str) -> dict[str, Any]:
+    """Manoeuvres where straight flight keeps well clear, and detours."""
+    found = compute_nuisance(result, planner)
+    return {
+        "of_clear": finite(found.of_clear.value),
+        "of_clear_95": _interval(found.of_clear),
+        "of_manoeuvres": finite(found.of_manoeuvres.value),
+        "of_manoeuvres_95": _interval(found.of_manoeuvres),
+        "extra_path_m": finite(found.extra_path_m),
+        "extra_path_each_m": finite(found.extra_path_each_m),
+    }
+
+
+def _layers(result: RiskStudy, model: EncounterModel) -> list[dict[str, Any]]:
     """Ratios by the altitude layer that intruders begin in, with the share of the weight."""
     found = []
+    edges = model.variables[model.index("L")].edges
+    assert edges is not None, "readers refuse layers without altitudes"
     for layer, (share, part) in by_layer(result).items():
         row: dict[str, Any] = {
             "layer": layer + 1,
+            "altitude_ft": [float(edges[layer]), float(edges[layer + 1])],
             "weight": share,
             "encounters": len(part.outcomes),
         }
