@@ -16,6 +16,8 @@ from clearway.sensors import BeamPattern, Lidar, Mounting
 
 SECTOR_STEP_M = 0.5
 """Between points on the arc of a sector: finer than the margins of vehicles that have sectors."""
+WALL_M = np.arange(-6.0, 6.5, 1.0)
+"""Heights at which an arc stands: sectors tell no height, so nobody may pass above or below."""
 
 
 class RangeReading(NamedTuple):
@@ -28,7 +30,7 @@ class RangeReading(NamedTuple):
     """Of the sector that each return stands for; 0 for beams."""
 
     def arcs(self) -> tuple[FloatArray, FloatArray]:
-        """Points [m, 3] along the arcs of all returns, and whose return each is [m]."""
+        """Points [m, 3] on the arcs of all returns, and whose return each is [m], ascending."""
         number = np.arange(len(self.points_m))
         if not self.half_width_rad or not len(self.points_m):
             return self.points_m, number
@@ -40,7 +42,9 @@ class RangeReading(NamedTuple):
         angle = np.arctan2(self.points_m[:, 1], self.points_m[:, 0])[whose]
         angle += self.half_width_rad * (2.0 * share - 1.0)
         level = ranges[whose, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-        return np.column_stack([level, self.points_m[whose, 2]]), whose
+        walls = np.repeat(np.column_stack([level, self.points_m[whose, 2]]), len(WALL_M), axis=0)
+        walls[:, 2] += np.tile(WALL_M, len(whose))
+        return walls, np.repeat(whose, len(WALL_M))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -66,7 +66,7 @@ def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
         for at, time_s in enumerate(times):
             told = centimetres[at].astype(np.float64)
             hit = (told <= farthest[at]) & (told >= nearest[at]) & (told != UNKNOWN_CM)
-            yield sector_reading(time_s, azimuth, np.where(hit, told * CENTIMETRE_M, np.nan))
+            yield sector_reading(float(time_s), azimuth, np.where(hit, told * CENTIMETRE_M, np.nan))
 
     lidar = sector_lidar(name, azimuth, max(float(farthest.max()) * CENTIMETRE_M, 1.0))
     return RecordedSensor(name, readings, lidar=lidar)

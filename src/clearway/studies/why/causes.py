@@ -64,8 +64,9 @@ def _cause(judge: Judge, ending: Ending, evidence: Evidence, *, escapable: bool)
     if farthest_m < judge.needed_m:
         if evidence.silent:
             return Cause.SENSOR_DEAD
-        unseen = farthest_m <= judge.body_m + judge.margin_m
+        half_step_m = 0.5 * judge.setup.planner.automaton.step_m
+        unseen = farthest_m <= judge.body_m + judge.margin_m + half_step_m
         return Cause.UNSEEN if unseen else Cause.SEEN_LATE
-    if evidence.drift is not None and evidence.drift.still_air_m > judge.body_m:
+    if evidence.drift is not None and evidence.drift.still_air_m >= judge.margin_m:
         return Cause.UNDECLARED_WIND
     return Cause.LATE_DECISION if escapable else Cause.NO_ESCAPE

@@ -25,6 +25,10 @@ FITS_SHARE, MISFITS_SHARE = 0.25, 0.5
 farther."""
 FEWEST_RETURNS = 10
 MOST_FITTED = 400
+CARRIED_SHARE = 0.5
+"""Of the margin that a wind carries a vehicle at least, to be a cause."""
+TRIED = 25
+"""Times from which the way in still air is tried."""
 STEP_S = 0.1
 
 
@@ -66,9 +70,11 @@ class Drift:
     wind_mps: FloatArray
     """[3] beyond the one that it states."""
     carried_m: float
-    """Between the first sight and the end."""
+    """From then on to the end."""
     still_air_m: float
     """Distance that the same steering would have kept in the stated wind."""
+    since_s: float
+    """From when on without it: the time after the first sight that keeps most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,16 +193,21 @@ def _drift(
     if automaton.can_stop or not sights or ending.intruder is not None:
         return None
     begin_s, end_s = sights[0].time_s, ending.time_s
-    wind = _wind(flight, automaton.speed_mps, end_s)
+    wind = _wind(flight, judge.setup.planner.speed_mps, end_s)
     if wind is None:
         return None
     beyond = wind - np.asarray(judge.file.safety.wind_mps)
-    carried = float(np.linalg.norm(beyond)) * (end_s - begin_s)
-    if carried <= 0.5 * judge.margin_m:
+    strength = float(np.linalg.norm(beyond))
+    latest_s = end_s - CARRIED_SHARE * judge.margin_m / max(strength, 1e-9)
+    if latest_s <= begin_s:
         return None
     returns = np.concatenate([ending.danger_m[None], *(one.points_m for one in readings)])
-    way = _in_still_air(flight, begin_s, end_s, beyond)
-    return Drift(beyond, carried, _least_distance(way, returns))
+    kept = {
+        float(since_s): _least_distance(_in_still_air(flight, since_s, end_s, beyond), returns)
+        for since_s in np.linspace(begin_s, latest_s, TRIED)
+    }
+    since_s = max(kept, key=lambda one: kept[one])
+    return Drift(beyond, strength * (end_s - since_s), kept[since_s], since_s)
 
 
 def _wind(flight: RecordedFlight, airspeed_mps: float, end_s: float) -> FloatArray | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.frames import FloatArray, IntArray
+from clearway.base.arrays import FloatArray, IntArray
 from clearway.base.state import State
 from clearway.io.flights.recorded import RangeReading, RecordedFlight, RecordedSensor
 from clearway.io.poses.pose_track import PoseTrack
