@@ -38,10 +38,10 @@ def _title(explained: Explained) -> str:
     if answer.cause is Cause.NONE or acted is None:
         return f"{answer.cause}: {end}"
     at = f"{acted.time_s - explained.start_s:.1f} s"
-    verb = "keeps" if acted.kept_m > explained.judge.body_m else "keeps only"
+    only = "" if acted.kept_m > explained.judge.body_m else "only "
     return (
-        f"{answer.cause}: {end}; clearway {acted.manoeuvre} at {at} {verb} "
-        f"{max(acted.kept_m, 0.0):.1f} m"
+        f"{answer.cause}: {end}; clearway would have {acted.manoeuvre} at {at} "
+        f"and kept {only}{max(acted.kept_m, 0.0):.1f} m"
     )
 
 
@@ -61,6 +61,7 @@ def _draw_above(axes: Axes, explained: Explained, times: FloatArray) -> None:
     way = _places(explained, times)
     _draw_returns(axes, explained, times)
     axes.plot(way[:, 0], way[:, 1], color=FLOWN, lw=2.4, label="flown", zorder=4)
+    _draw_heading(axes, way, FLOWN)
     acted = answer.acted
     if acted is not None and len(acted.way_m):
         _draw_plan(axes, explained, way)
@@ -76,7 +77,7 @@ def _draw_above(axes: Axes, explained: Explained, times: FloatArray) -> None:
     axes.set_ylabel("y (m)")
     axes.set_title("from above, at the height of the danger", loc="left", fontsize="medium")
     axes.grid(alpha=0.2)
-    axes.legend(loc="upper left", fontsize="small", framealpha=0.9)
+    axes.legend(loc="upper left", fontsize="small", frameon=True, framealpha=0.9)
     around = np.vstack([way[:, :2], danger[None, :2]])
     spare = 2.0 * judge.margin_m + 0.25 * float(np.ptp(around, axis=0).max())
     low, high = around.min(axis=0) - spare, around.max(axis=0) + spare
@@ -126,6 +127,16 @@ def _draw_plan(axes: Axes, explained: Explained, way: FloatArray) -> None:
     plan = acted.way_m[np.linalg.norm(acted.way_m - acted.way_m[0], axis=1) <= reach]
     axes.plot(plan[:, 0], plan[:, 1], color=OWN, lw=2.4, ls="-", zorder=5, label="clearway")
     axes.plot(*plan[0, :2], marker="o", ms=7, color=OWN, mec="white", zorder=6)
+    _draw_heading(axes, plan, OWN)
+
+
+def _draw_heading(axes: Axes, way: FloatArray, colour: str) -> None:
+    """An arrow in the middle of a way."""
+    middle = len(way) // 2
+    before = way[max(0, middle - max(1, len(way) // 20)), :2]
+    if np.linalg.norm(way[middle, :2] - before) > 1e-6:
+        axes.annotate("", way[middle, :2], before, zorder=6,
+                      arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 18})  # fmt: skip
 
 
 def _draw_sight(axes: Axes, explained: Explained) -> None:
@@ -161,21 +172,21 @@ def _draw_distances(axes: Axes, explained: Explained, times: FloatArray) -> None
     colours = [OWN if one.kept_m > judge.body_m else DANGER for one in shown]
     axes.plot([one.time_s - start for one in shown], kept, color=OWN, lw=0.8, alpha=0.5)
     axes.scatter([one.time_s - start for one in shown], kept, c=colours, s=22, zorder=4)
-    axes.plot([], [], color=OWN, marker="o", lw=0.8, label="clearway from then on: least kept")
+    axes.plot([], [], color=OWN, marker="o", lw=0.8, label="clearway acting then: least distance kept")
     axes.axhline(judge.margin_m, color=SEEN, lw=0.9, ls=":")
     axes.axhline(judge.body_m, color=DANGER, lw=0.9, ls=":")
     axes.axhline(judge.needed_m, color=SEEN, lw=0.9, ls="--")
     for height, word in (
         (judge.needed_m, "needed to see it"), (judge.margin_m, "margin"), (judge.body_m, "body"),
     ):  # fmt: skip
-        axes.annotate(word, (1.0, height), xycoords=("axes fraction", "data"), ha="right",
+        axes.annotate(word, (0.01, height), xycoords=("axes fraction", "data"), ha="left",
                       va="bottom", fontsize="small", path_effects=halo())  # fmt: skip
     _mark_times(axes, answer, start)
     axes.set_ylim(0.0, max(1.15 * float(away.max(initial=1.0)), 1.3 * judge.needed_m))
     axes.set_xlabel("time of flight (s)")
     axes.set_ylabel("distance (m)")
     axes.grid(alpha=0.2)
-    axes.legend(loc="upper center", fontsize="small", framealpha=0.9)
+    axes.legend(loc="upper right", fontsize="small", frameon=True, framealpha=1.0)
 
 
 def _mark_times(axes: Axes, answer: Answer, start: float) -> None:

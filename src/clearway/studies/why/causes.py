@@ -54,10 +54,12 @@ def find_cause(
 
 
 def _cause(judge: Judge, ending: Ending, evidence: Evidence, *, escapable: bool) -> Cause:
-    if ending.event is Event.NOTHING:
+    if ending.event is Event.NOTHING and ending.nearest_m < float("inf"):
         return Cause.NONE
     if not evidence.readings and not evidence.silent:
         return Cause.NOT_RECORDED
+    if ending.event is Event.NOTHING:
+        return Cause.NONE
     if evidence.map_shift is not None:
         return Cause.WRONG_MAP
     farthest_m = max((sight.away_m for sight in evidence.sights), default=0.0)

@@ -24,9 +24,10 @@ from clearway.vehicle.scale import suited_reach_m
 
 MOST_DECISIONS = 60
 """Of the decisive seconds; readings between them are taken in without one."""
-STEP_S = 0.1
-"""Between points of a plan that are held against returns."""
-FLOWN_S = 20.0
+STEP_S, PARTS = 0.25, 5
+"""Between states of a plan that are computed, and into how many parts the way between is divided
+to be held against returns."""
+FLOWN_S = 16.0
 """Of a plan and its escape, at most."""
 SIDE_SHARE = 0.5
 """Of the margin that a plan must lead aside, up, or back to be called so."""
@@ -138,14 +139,23 @@ def _way(system: AvoidanceSystem, judge: Judge, time_s: float) -> FloatArray:
         if state is None:
             break
         places.append(state.position_m)
-    way = np.array(places).reshape(-1, 3)
+    way = _divided(np.array(places).reshape(-1, 3))
     automaton = judge.setup.planner.automaton
-    if not automaton.can_stop and len(way) > 1 and len(way) * STEP_S < FLOWN_S:
+    if not automaton.can_stop and len(way) > 1 and len(places) * STEP_S < FLOWN_S:
         step = way[-1] - way[-2]
         length = float(np.linalg.norm(step))
         count = int(automaton.turning_radius_m / length) if length > 1e-9 else 0
         way = np.concatenate([way, way[-1] + np.arange(1, count + 1)[:, None] * step])
     return way
+
+
+def _divided(places_m: FloatArray) -> FloatArray:
+    """Places [n, 3] with others evenly between them."""
+    if len(places_m) < 2:
+        return places_m
+    number = np.arange(len(places_m), dtype=np.float64)
+    fine = np.linspace(0.0, number[-1], PARTS * (len(number) - 1) + 1)
+    return np.column_stack([np.interp(fine, number, places_m[:, axis]) for axis in range(3)])
 
 
 def _manoeuvre(way_m: FloatArray, margin_m: float) -> str:

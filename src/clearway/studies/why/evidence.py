@@ -58,7 +58,7 @@ class MapShift:
     shift_m: FloatArray
     """[2] east and north, or x and y: from the map to the returns."""
     misfit_m: float
-    """Median distance of the returns from the map as it is."""
+    """Median distance of the returns from the map as it is, or that of the danger if it is more."""
     fit_m: float
     """And from the shifted one."""
 
@@ -147,13 +147,16 @@ def _map_shift(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> M
     def misfit(shift: FloatArray) -> float:
         moved = points - np.append(shift, 0.0)
         off = np.abs(charted.distance_m(moved))
-        return float(np.median(np.minimum.reduceat(off, _starts(whose))))
+        danger = ending.danger_m[None] - np.append(shift, 0.0)
+        missed = abs(float(charted.distance_m(danger)[0]))
+        return max(float(np.median(np.minimum.reduceat(off, _starts(whose)))), missed)
 
     as_is, best = misfit(np.zeros(2)), np.zeros(2)
     for step in (margin, 0.25 * margin):
         grid = step * np.arange(-SHIFTS, SHIFTS + 1)
         tried = [best + np.array([x, y]) for x in grid for y in grid]
-        best = min(tried, key=lambda shift: (misfit(shift), float(shift @ shift)))
+        good = 0.5 * FITS_SHARE * margin
+        best = min(tried, key=lambda one: (max(misfit(one), good), float(one @ one)))
     fit = misfit(best)
     shifted = float(np.linalg.norm(best)) > MISFITS_SHARE * margin
     if not shifted or as_is < MISFITS_SHARE * margin or fit > FITS_SHARE * margin:
@@ -201,13 +204,24 @@ def _drift(
     latest_s = end_s - CARRIED_SHARE * judge.margin_m / max(strength, 1e-9)
     if latest_s <= begin_s:
         return None
-    returns = np.concatenate([ending.danger_m[None], *(one.points_m for one in readings)])
+    narrow = (_narrow_returns(one, judge.margin_m) for one in readings)
+    returns = np.concatenate([ending.danger_m[None], *narrow])
     kept = {
         float(since_s): _least_distance(_in_still_air(flight, since_s, end_s, beyond), returns)
         for since_s in np.linspace(begin_s, latest_s, TRIED)
     }
     since_s = max(kept, key=lambda one: kept[one])
     return Drift(beyond, strength * (end_s - since_s), kept[since_s], since_s)
+
+
+def _narrow_returns(one: PlacedReading, margin_m: float) -> FloatArray:
+    """Points of returns that tell within a margin where something stands, which wide sectors do
+    not."""
+    width = one.reading.half_width_rad
+    if not width:
+        return one.points_m
+    near = np.linalg.norm(one.points_m - one.state.position_m, axis=1) * width <= margin_m
+    return one.points_m[near]
 
 
 def _wind(flight: RecordedFlight, airspeed_mps: float, end_s: float) -> FloatArray | None:

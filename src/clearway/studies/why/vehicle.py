@@ -62,7 +62,7 @@ def judge_of(flight: RecordedFlight, mission: Path | None, notice: Notice | None
         notes = (note,)
     setup = prepare(file, notice)
     lidars = _lidars(flight, setup, stated=not notes)
-    return Judge(file, setup, lidars, (*notes, *setup.notes))
+    return Judge(file, setup, lidars, notes)
 
 
 def _assumed(flight: RecordedFlight) -> tuple[MissionFile, str]:

@@ -11,6 +11,7 @@ from clearway.studies.why.ending import Event
 from clearway.studies.why.explain import Explained
 
 TO_DO = {
+    Cause.NOT_RECORDED: "record clouds, obstacle_distance or PRX; a run: clearway fly --scans",
     Cause.WRONG_MAP: "check origin and frame of the map, or fly by the sensors",
     Cause.SENSOR_DEAD: "land, or hold, where a sensor falls silent",
     Cause.UNSEEN: "add a sensor that looks there, or fly so that one does",
@@ -27,6 +28,7 @@ def explain_in_words(explained: Explained) -> str:
     lines = [f"cause      {answer.cause}", f"end        {_end(explained)}"]
     if answer.cause is not Cause.NONE:
         lines += [f"visible    {_visible(explained)}", f"because    {_because(explained)}"]
+    if answer.cause not in (Cause.NONE, Cause.NOT_RECORDED):
         lines.append(f"clearway   {_counterfactual(explained)}")
     if answer.cause in TO_DO:
         lines.append(f"to do      {TO_DO[answer.cause]}")
@@ -52,6 +54,8 @@ def _end(explained: Explained) -> str:
     if ending.event is Event.NEAR:
         margin = explained.judge.margin_m
         return f"near miss at {at}: {nearest} away, margin {margin:g} m, known by {by}"
+    if ending.nearest_m == float("inf"):
+        return f"no crash found: {by}"
     return f"no contact, margin kept: the least distance is {nearest}, known by {by}"
 
 
@@ -77,7 +81,7 @@ def _because(explained: Explained) -> str:
     evidence = answer.evidence
     needed = f"this vehicle needs {judge.needed_m:.1f} m"
     if answer.cause is Cause.NOT_RECORDED:
-        return "nothing shows what stood there: record clouds beside the log"
+        return "nothing in the log shows what stood there"
     if answer.cause is Cause.WRONG_MAP and evidence.map_shift is not None:
         x, y = evidence.map_shift.shift_m.tolist()
         return (
