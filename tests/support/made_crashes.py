@@ -203,6 +203,12 @@ def make_crash(cause: str, seed: int) -> MadeCrash:
     raise AssertionError(f"no crash by {cause} from seed {seed}")
 
 
+def make_sound(cause: str, seed: int) -> MadeCrash:
+    """A flight past what crashes of a cause hit, without the fault."""
+    case = CASES[cause](np.random.default_rng(seed))
+    return _flown(case, Fault(), case.boxes, seed)
+
+
 def _blown_into(case: Case, run: Run[Any]) -> bool:
     """Whether a wind, where there is one, blows towards what was hit."""
     wind = np.asarray(case.fault.wind_mps)

@@ -40,7 +40,8 @@ def until_contact(made: MadeCrash, *, clouds: bool = True) -> Flown:
     touched = made.run.nearest_surface_m <= BODY_M
     last = int(np.argmax(touched)) if touched.any() else len(touched) - 1
     times, states = made.run.time_s[: last + 1], made.run.states[: last + 1]
-    after = times[-1] + np.arange(STEP_S, STANDS_S, STEP_S)
+    stands_s = STANDS_S if touched.any() else 0.0
+    after = times[-1] + np.arange(STEP_S, stands_s, STEP_S)
     times = np.concatenate([times, after])
     states = np.concatenate([states, np.repeat(states[-1:], len(after), axis=0)])
     turns = np.array([world_from_body(state[3:]) for state in states])

@@ -22,8 +22,8 @@ MOST_POINTS = 6000
 
 def draw_why(explained: Explained) -> Figure:
     """What was flown, what was seen of the danger when, and what clearway would have flown."""
-    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
-    above, over_time = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
+    figure = Figure(figsize=(12.0, 6.0), layout="constrained")
+    above, over_time = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     figure.suptitle(_title(explained), fontsize="large", x=0.01, ha="left")
     times = _drawn_times(explained)
     _draw_above(above, explained, times)
@@ -72,7 +72,7 @@ def _draw_above(axes: Axes, explained: Explained, times: FloatArray) -> None:
         Circle((ending.place_m[0], ending.place_m[1]), judge.body_m, fill=False, color=FLOWN)
     )
     _draw_sight(axes, explained)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.set_title("from above, at the height of the danger", loc="left", fontsize="medium")
@@ -81,8 +81,9 @@ def _draw_above(axes: Axes, explained: Explained, times: FloatArray) -> None:
     around = np.vstack([way[:, :2], danger[None, :2]])
     spare = 2.0 * judge.margin_m + 0.25 * float(np.ptp(around, axis=0).max())
     low, high = around.min(axis=0) - spare, around.max(axis=0) + spare
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
+    middle, half = 0.5 * (low + high), 0.5 * float((high - low).max())
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
 
 
 def _draw_returns(axes: Axes, explained: Explained, times: FloatArray) -> None:

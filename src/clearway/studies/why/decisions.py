@@ -62,7 +62,7 @@ def decide_along(
     if not before or not judge.lidars:
         return ()
     system = _system(flight, judge, [one.state for one in before])
-    solid = _solid(ending, seen)
+    solid = Solid(ending, seen)
     every_s = (before[-1].reading.time_s - before[0].reading.time_s) / MOST_DECISIONS
     decided_s, found = -np.inf, []
     for one in before:
@@ -103,18 +103,33 @@ def _beams(one: PlacedReading) -> FloatArray:
     return one.reading.arcs()[0]
 
 
-def _solid(ending: Ending, seen: Sequence[PlacedReading]) -> cKDTree:
+class Solid:
     """Everything that the log shows to stand there, and the danger."""
-    danger = np.zeros((0, 3)) if ending.intruder is not None else ending.danger_m[None]
-    points = np.concatenate([danger, *(one.points_m for one in seen)])
-    return cKDTree(points if len(points) else np.full((1, 3), 1e9))
+
+    def __init__(self, ending: Ending, seen: Sequence[PlacedReading]) -> None:
+        danger = [] if ending.intruder is not None else [ending.danger_m[None]]
+        beams = [one.points_m for one in seen if not one.reading.half_width_rad]
+        arcs = [one.points_m[:, :2] for one in seen if one.reading.half_width_rad]
+        self._points, self._arcs = _tree([*danger, *beams], 3), _tree(arcs, 2)
+
+    def distance_m(self, way_m: FloatArray) -> float:
+        """Least distance from places [n, 3]; to sectors, which tell no height, seen from above."""
+        if not len(way_m):
+            return np.inf
+        point_m, arc_m = self._points.query(way_m)[0], self._arcs.query(way_m[:, :2])[0]
+        return float(min(point_m.min(), arc_m.min()))
 
 
-def _decided(system: AvoidanceSystem, judge: Judge, solid: cKDTree, time_s: float) -> Flown:
+def _tree(points: list[FloatArray], axes: int) -> cKDTree:
+    """Points of all arrays; without any, distances from it are inf."""
+    return cKDTree(np.concatenate([np.zeros((0, axes)), *points]))
+
+
+def _decided(system: AvoidanceSystem, judge: Judge, solid: Solid, time_s: float) -> Flown:
     flight = system.decide(time_s)
     way = _way(system, judge, time_s)
     charted = judge.setup.obstacle_map.distance_m(way)
-    kept = float(min(solid.query(way)[0].min(), charted.min(initial=np.inf)))
+    kept = min(solid.distance_m(way), float(charted.min(initial=np.inf)))
     escape = flight.decision.way_out
     return Flown(
         time_s,

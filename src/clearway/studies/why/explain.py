@@ -9,7 +9,7 @@ from clearway.io.flights.recorded import RecordedFlight
 from clearway.missions.setup import Notice
 from clearway.studies.why.causes import Answer, find_cause
 from clearway.studies.why.decisions import decide_along
-from clearway.studies.why.ending import find_ending
+from clearway.studies.why.ending import Event, find_ending
 from clearway.studies.why.evidence import gather_evidence
 from clearway.studies.why.opening import open_flight
 from clearway.studies.why.vehicle import Judge, judge_of
@@ -43,5 +43,6 @@ def explain_flight(
     ending = find_ending(flight, judge)
     seen = decisive_readings(flight, ending.time_s)
     evidence = gather_evidence(flight, judge, ending, seen)
-    decisions = decide_along(flight, judge, ending, seen)
+    asked = ending.event is not Event.NOTHING
+    decisions = decide_along(flight, judge, ending, seen) if asked else ()
     return Explained(flight, judge, seen, find_cause(judge, ending, evidence, decisions))
