@@ -242,7 +242,10 @@ def _mission(case: Case, boxes: Any, fault: Fault, seed: int) -> MissionFile:
             },
             "safety": {"margin_m": 0.6},
             "lidar": [{"name": "front", "beams_per_cell": [12, 6], "sigma_m": 0.02}],
-            "simulation": {"seed": seed, "time_limit_s": 45.0, "scan_rate_hz": 4.0, "wind_mps": list(fault.wind_mps)},
+            "simulation": {
+                "seed": seed, "time_limit_s": 45.0, "scan_rate_hz": 4.0,
+                "wind_mps": list(fault.wind_mps),
+            },
             "obstacle": shapes,
         },
         MissionFile,

@@ -140,9 +140,7 @@ def _ulog_message(kind: bytes, data: bytes) -> bytes:
 
 
 def _ulog_rows(flown: Flown) -> Iterator[tuple[int, str, tuple[Any, ...]]]:
-    for time_s, place, turn in zip(
-        flown.time_s, flown.place_m, flown.world_from_body, strict=True
-    ):
+    for time_s, place, turn in zip(flown.time_s, flown.place_m, flown.world_from_body, strict=True):
         now = BOOT_US + round(1e6 * float(time_s))
         north, east, down = (ENU_FROM_NED.T @ place).tolist()
         yield now, "vehicle_local_position", (
@@ -190,9 +188,7 @@ def _row(name: str, *values: Any) -> bytes:
 
 
 def _dataflash_rows(flown: Flown) -> Iterator[tuple[int, str, tuple[Any, ...]]]:
-    for time_s, place, turn in zip(
-        flown.time_s, flown.place_m, flown.world_from_body, strict=True
-    ):
+    for time_s, place, turn in zip(flown.time_s, flown.place_m, flown.world_from_body, strict=True):
         now = BOOT_US + round(1e6 * float(time_s))
         north, east, down = (ENU_FROM_NED.T @ place).tolist()
         frd = Rotation.from_matrix(ENU_FROM_NED.T @ turn @ FRD_FROM_FLU)

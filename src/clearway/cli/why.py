@@ -51,9 +51,7 @@ def why(
     explained = explain_flight(log, mission, say)
     for note in (*explained.flight.notes, *explained.judge.notes):
         say(note)
-    result = sourced(
-        explain_as_json(explained), [log] if mission is None else [log, mission]
-    )
+    result = sourced(explain_as_json(explained), [log] if mission is None else [log, mission])
     if as_json:
         print_json(result)
     else:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.base.arrays import FloatArray, IntArray
 from clearway.base.brief import brief
-from clearway.base.frames import FloatArray
 from clearway.io.poses.pose_track import PoseTrack
 from clearway.io.scans.timed_scans import ScanSequence
 from clearway.sensors import BeamPattern, Lidar, Mounting
@@ -29,9 +29,9 @@ class RangeReading(NamedTuple):
     half_width_rad: float = 0.0
     """Of the sector that each return stands for; 0 for beams."""
 
-    def arcs(self) -> tuple[FloatArray, FloatArray]:
+    def arcs(self) -> tuple[FloatArray, IntArray]:
         """Points [m, 3] on the arcs of all returns, and whose return each is [m], ascending."""
-        number = np.arange(len(self.points_m))
+        number = np.arange(len(self.points_m), dtype=np.int64)
         if not self.half_width_rad or not len(self.points_m):
             return self.points_m, number
         ranges = np.linalg.norm(self.points_m[:, :2], axis=1)

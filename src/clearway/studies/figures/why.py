@@ -136,8 +136,9 @@ def _draw_heading(axes: Axes, way: FloatArray, colour: str) -> None:
     middle = len(way) // 2
     before = way[max(0, middle - max(1, len(way) // 20)), :2]
     if np.linalg.norm(way[middle, :2] - before) > 1e-6:
-        axes.annotate("", way[middle, :2], before, zorder=6,
-                      arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 18})  # fmt: skip
+        arrow = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 18}
+        tip = (float(way[middle, 0]), float(way[middle, 1]))
+        axes.annotate("", tip, (float(before[0]), float(before[1])), zorder=6, arrowprops=arrow)
 
 
 def _draw_sight(axes: Axes, explained: Explained) -> None:
@@ -153,10 +154,11 @@ def _draw_sight(axes: Axes, explained: Explained) -> None:
         [state.position_m[0], danger[0]], [state.position_m[1], danger[1]], color=DANGER, lw=1.0,
         ls=":", zorder=3,
     )  # fmt: skip
-    axes.plot(*state.position_m[:2], marker="s", ms=7, color=DANGER, mec="white", zorder=6, ls="none",
-              label="first sight")  # fmt: skip
+    axes.plot(*state.position_m[:2], marker="s", ms=7, color=DANGER, mec="white", zorder=6,
+              ls="none", label="first sight")  # fmt: skip
     at = f"{sights[0].time_s - explained.start_s:.1f} s, {sights[0].away_m:.1f} m away"
-    axes.annotate(at, state.position_m[:2], textcoords="offset points", xytext=(0, 10), ha="center",
+    place = (float(state.position_m[0]), float(state.position_m[1]))
+    axes.annotate(at, place, textcoords="offset points", xytext=(0, 10), ha="center",
                   path_effects=halo(), fontsize="small", zorder=8)  # fmt: skip
 
 
@@ -173,7 +175,9 @@ def _draw_distances(axes: Axes, explained: Explained, times: FloatArray) -> None
     colours = [OWN if one.kept_m > judge.body_m else DANGER for one in shown]
     axes.plot([one.time_s - start for one in shown], kept, color=OWN, lw=0.8, alpha=0.5)
     axes.scatter([one.time_s - start for one in shown], kept, c=colours, s=22, zorder=4)
-    axes.plot([], [], color=OWN, marker="o", lw=0.8, label="clearway acting then: least distance kept")
+    axes.plot(
+        [], [], color=OWN, marker="o", lw=0.8, label="clearway acting then: least distance kept"
+    )
     axes.axhline(judge.margin_m, color=SEEN, lw=0.9, ls=":")
     axes.axhline(judge.body_m, color=DANGER, lw=0.9, ls=":")
     axes.axhline(judge.needed_m, color=SEEN, lw=0.9, ls="--")

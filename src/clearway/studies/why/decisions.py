@@ -180,7 +180,9 @@ def _manoeuvre(way_m: FloatArray, margin_m: float) -> str:
     flown = float(lengths.sum())
     if flown < SIDE_SHARE * margin_m:
         return "stopped"
-    ahead = next(move / length for move, length in zip(moves, lengths, strict=True) if length > 1e-9)
+    ahead = next(
+        move / length for move, length in zip(moves, lengths, strict=True) if length > 1e-9
+    )
     off = way_m - way_m[0]
     left = off @ np.array([-ahead[1], ahead[0], 0.0])
     up = off[:, 2] - ahead[2] * (off @ ahead)

@@ -130,7 +130,10 @@ def _map_distances(flight: RecordedFlight, judge: Judge) -> FloatArray:
 def _nearest_returns(flight: RecordedFlight) -> tuple[FloatArray, FloatArray]:
     """Times of all readings with returns, and how near the nearest was."""
     rows = [
-        (one.reading.time_s, float(np.linalg.norm(one.points_m - one.state.position_m, axis=1).min()))
+        (
+            one.reading.time_s,
+            float(np.linalg.norm(one.points_m - one.state.position_m, axis=1).min()),
+        )
         for one in placed_readings(flight)
         if len(one.points_m)
     ]
@@ -166,9 +169,7 @@ def _nearest_aircraft(flight: RecordedFlight, judge: Judge) -> Ending | None:
     return min(found, key=lambda one: one.nearest_m - one.radius_m, default=None)
 
 
-def _at(
-    flight: RecordedFlight, judge: Judge, event: Event, time_s: float, told_by: str
-) -> Ending:
+def _at(flight: RecordedFlight, judge: Judge, event: Event, time_s: float, told_by: str) -> Ending:
     """An ending at a time, with the return that the vehicle's nose was nearest to."""
     state = flight.track.at(time_s)
     place = flight.track.position_m[-1] if state is None else state.position_m

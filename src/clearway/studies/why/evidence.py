@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.frames import FloatArray
+from clearway.base.arrays import FloatArray, IntArray
 from clearway.io.flights.recorded import RecordedFlight
 from clearway.studies.why.ending import Ending
 from clearway.studies.why.speeds import velocity_at
@@ -164,11 +164,11 @@ def _map_shift(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> M
     return MapShift(best, as_is, fit)
 
 
-def _starts(whose: FloatArray) -> FloatArray:
+def _starts(whose: IntArray) -> IntArray:
     return np.flatnonzero(np.concatenate([[True], np.diff(whose) != 0]))
 
 
-def _thinned(readings: list[PlacedReading]) -> tuple[FloatArray, FloatArray]:
+def _thinned(readings: list[PlacedReading]) -> tuple[FloatArray, IntArray]:
     """Points of at most so many returns, evenly over the readings, and whose each is."""
     total = sum(len(one.reading.points_m) for one in readings)
     step, points, whose, count = max(1, total // MOST_FITTED), [np.zeros((0, 3))], [], 0
@@ -221,7 +221,7 @@ def _narrow_returns(one: PlacedReading, margin_m: float) -> FloatArray:
     if not width:
         return one.points_m
     near = np.linalg.norm(one.points_m - one.state.position_m, axis=1) * width <= margin_m
-    return one.points_m[near]
+    return np.asarray(one.points_m[near])
 
 
 def _wind(flight: RecordedFlight, airspeed_mps: float, end_s: float) -> FloatArray | None:
@@ -236,7 +236,7 @@ def _wind(flight: RecordedFlight, airspeed_mps: float, end_s: float) -> FloatArr
         half_ago = flight.track.at(float(time_s) - 0.1)
         if state is not None and velocity is not None and half_ago is not None:
             found.append(velocity - airspeed_mps * half_ago.world_from_body[:, 0])
-    return np.median(found, axis=0) if found else None
+    return np.asarray(np.median(found, axis=0)) if found else None
 
 
 def _in_still_air(

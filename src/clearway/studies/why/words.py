@@ -38,7 +38,9 @@ def explain_in_words(explained: Explained) -> str:
 
 def _clock(explained: Explained) -> str:
     flight = explained.flight
-    return f"seconds since the first pose of the log ({explained.start_s:.1f} s in it), {flight.kind}"
+    return (
+        f"seconds since the first pose of the log ({explained.start_s:.1f} s in it), {flight.kind}"
+    )
 
 
 def _at(explained: Explained, time_s: float) -> str:
@@ -67,9 +69,7 @@ def _visible(explained: Explained) -> str:
     if not sights:
         return "no sensor ever showed it"
     first, end_s = sights[0], answer.ending.time_s
-    others = ", ".join(
-        f"{one.sensor} at {_at(explained, one.time_s)}" for one in sights[1:]
-    )
+    others = ", ".join(f"{one.sensor} at {_at(explained, one.time_s)}" for one in sights[1:])
     ahead = f"{first.sensor} first showed it at {_at(explained, first.time_s)}"
     away = f"{first.away_m:.1f} m away, {end_s - first.time_s:.1f} s before"
     return f"{ahead}, {away}{f'; {others}' if others else ''}"
@@ -153,8 +153,7 @@ def explain_as_json(explained: Explained) -> dict[str, Any]:
             for one in evidence.sights
         ],
         "silent": [
-            {"sensor": one.sensor, "last_s": rounded(one.last_s - start)}
-            for one in evidence.silent
+            {"sensor": one.sensor, "last_s": rounded(one.last_s - start)} for one in evidence.silent
         ],
         "map_shift_m": None if shift is None else shift.shift_m.tolist(),
         "undeclared_wind_mps": None if drift is None else drift.wind_mps.tolist(),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from clearway.base.errors import MissingExtraError, naming
 from clearway.base.frames import FloatArray
-from clearway.io.foreign_errors import damage_told
+from clearway.io.foreign_errors import COMPLAINTS, damage_told
 from clearway.view.replay import schemas
 from clearway.view.replay.reading import cloud_points
 
@@ -33,13 +33,17 @@ class KeptReadings(NamedTuple):
 
 def is_run_file(path: Path) -> bool:
     """Whether an MCAP file is a run of clearway."""
-    from mcap.reader import SeekingReader
-
+    try:
+        from mcap.exceptions import McapError
+        from mcap.reader import SeekingReader
+    except ImportError as cause:
+        raise MissingExtraError(f"reading {path}", "foxglove") from cause
+    unreadable: tuple[type[Exception], ...] = (*COMPLAINTS, McapError)
     with naming(path, "read"), path.open("rb") as stream:
         try:
             summary = SeekingReader(stream).get_summary()
-        except Exception:  # noqa: BLE001 - Whoever reads it tells what is wrong with it.
-            return False
+        except unreadable:
+            return False  # Whoever reads it tells what is wrong with it.
     channels = summary.channels.values() if summary else ()
     return any(channel.topic == schemas.MISSION for channel in channels)
 
