@@ -16,7 +16,7 @@ pytest.importorskip("pymavlink")
 from clearway.io.flights.recorded import RangeReading, sector_reading
 from clearway.io.public_data import FOLDER
 from clearway.io.toml_writing import write_toml
-from clearway.studies.why.causes import Cause
+from clearway.studies.why.causes import CrashCause
 from clearway.studies.why.ending import Event
 from clearway.studies.why.explain import explain_flight
 from clearway.studies.why.words import explain_in_words
@@ -83,7 +83,7 @@ def test_a_log_without_clouds_is_not_recorded(form, tmp_path):
     log, mission = written(crash("late decision"), form, tmp_path, clouds=False)
     answer = explain_flight(log, mission).answer
     assert answer.ending.event is Event.CONTACT
-    assert answer.cause is Cause.NOT_RECORDED
+    assert answer.cause is CrashCause.NOT_RECORDED
     assert answer.decisions == ()
 
 
@@ -108,7 +108,7 @@ def test_a_flight_that_kept_its_margin_has_no_cause(tmp_path):
     sound = make_sound("unseen", 0)
     assert sound.run.metrics.min_obstacle_distance_m > 0.6
     explained = explain_flight(*written(sound, "MCAP", tmp_path))
-    assert explained.answer.cause is Cause.NONE
+    assert explained.answer.cause is CrashCause.NONE
     assert explained.answer.ending.nearest_m == pytest.approx(
         sound.run.metrics.min_obstacle_distance_m, abs=0.3
     )

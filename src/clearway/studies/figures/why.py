@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from clearway.base.frames import FloatArray
-from clearway.studies.why.causes import Answer, Cause
+from clearway.studies.why.causes import Answer, CrashCause
 from clearway.studies.why.explain import Explained
 from clearway.view.plot.style import OWN, halo
 
@@ -35,7 +35,7 @@ def _title(explained: Explained) -> str:
     answer = explained.answer
     end = f"{answer.ending.event} at {answer.ending.time_s - explained.start_s:.1f} s"
     acted = answer.acted
-    if answer.cause is Cause.NONE or acted is None:
+    if answer.cause is CrashCause.NONE or acted is None:
         return f"{answer.cause}: {end}"
     at = f"{acted.time_s - explained.start_s:.1f} s"
     only = "" if acted.kept_m > explained.judge.body_m else "only "

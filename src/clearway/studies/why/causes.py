@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from clearway.studies.why.decisions import Flown
+from clearway.studies.why.decisions import FlownDecision
 from clearway.studies.why.ending import Ending, Event
-from clearway.studies.why.evidence import Evidence
+from clearway.studies.why.evidence import CrashEvidence
 from clearway.studies.why.vehicle import Judge
 
 
-class Cause(StrEnum):
+class CrashCause(StrEnum):
     """Why a flight went wrong, as far as its log shows."""
 
     NONE = "none"
@@ -29,18 +29,18 @@ class Cause(StrEnum):
 class Answer:
     """Everything that is told of a flight."""
 
-    cause: Cause
+    cause: CrashCause
     ending: Ending
-    evidence: Evidence
-    decisions: tuple[Flown, ...]
-    acted: Flown | None
+    evidence: CrashEvidence
+    decisions: tuple[FlownDecision, ...]
+    acted: FlownDecision | None
     """What clearway would have done first of all that leads elsewhere; None where it would not."""
-    last_clear: Flown | None
+    last_clear: FlownDecision | None
     """Its last decision that keeps clear, after the first sight."""
 
 
 def find_cause(
-    judge: Judge, ending: Ending, evidence: Evidence, decisions: tuple[Flown, ...]
+    judge: Judge, ending: Ending, evidence: CrashEvidence, decisions: tuple[FlownDecision, ...]
 ) -> Answer:
     """The first question whose answer is yes names the cause."""
     first_s = evidence.sights[0].time_s if evidence.sights else ending.time_s
@@ -53,22 +53,22 @@ def find_cause(
     return Answer(cause, ending, evidence, decisions, acted, clear[-1] if clear else None)
 
 
-def _cause(judge: Judge, ending: Ending, evidence: Evidence, *, escapable: bool) -> Cause:
+def _cause(judge: Judge, ending: Ending, evidence: CrashEvidence, *, escapable: bool) -> CrashCause:
     if ending.event is Event.NOTHING and ending.nearest_m < float("inf"):
-        return Cause.NONE
+        return CrashCause.NONE
     if not evidence.readings and not evidence.silent:
-        return Cause.NOT_RECORDED
+        return CrashCause.NOT_RECORDED
     if ending.event is Event.NOTHING:
-        return Cause.NONE
+        return CrashCause.NONE
     if evidence.map_shift is not None:
-        return Cause.WRONG_MAP
+        return CrashCause.WRONG_MAP
     farthest_m = max((sight.away_m for sight in evidence.sights), default=0.0)
     if farthest_m < judge.needed_m:
         if evidence.silent:
-            return Cause.SENSOR_DEAD
+            return CrashCause.SENSOR_DEAD
         half_step_m = 0.5 * judge.setup.planner.automaton.step_m
         unseen = farthest_m <= judge.body_m + judge.margin_m + half_step_m
-        return Cause.UNSEEN if unseen else Cause.SEEN_LATE
+        return CrashCause.UNSEEN if unseen else CrashCause.SEEN_LATE
     if evidence.drift is not None and evidence.drift.still_air_m >= judge.margin_m:
-        return Cause.UNDECLARED_WIND
-    return Cause.LATE_DECISION if escapable else Cause.NO_ESCAPE
+        return CrashCause.UNDECLARED_WIND
+    return CrashCause.LATE_DECISION if escapable else CrashCause.NO_ESCAPE

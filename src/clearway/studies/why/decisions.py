@@ -34,7 +34,7 @@ SIDE_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Flown:
+class FlownDecision:
     """One decision of clearway, as it would be flown without further sight."""
 
     time_s: float
@@ -56,7 +56,7 @@ class Flown:
 
 def decide_along(
     flight: RecordedFlight, judge: Judge, ending: Ending, seen: Sequence[PlacedReading]
-) -> tuple[Flown, ...]:
+) -> tuple[FlownDecision, ...]:
     """Decisions at the readings before an ending, on the way that was flown."""
     before = [one for one in seen if one.reading.time_s < ending.time_s]
     if not before or not judge.lidars:
@@ -125,13 +125,13 @@ def _tree(points: list[FloatArray], axes: int) -> cKDTree:
     return cKDTree(np.concatenate([np.zeros((0, axes)), *points]))
 
 
-def _decided(system: AvoidanceSystem, judge: Judge, solid: Solid, time_s: float) -> Flown:
+def _decided(system: AvoidanceSystem, judge: Judge, solid: Solid, time_s: float) -> FlownDecision:
     flight = system.decide(time_s)
     way = _way(system, judge, time_s)
     charted = judge.setup.obstacle_map.distance_m(way)
     kept = min(solid.distance_m(way), float(charted.min(initial=np.inf)))
     escape = flight.decision.way_out
-    return Flown(
+    return FlownDecision(
         time_s,
         flight.mode,
         way,

@@ -33,7 +33,7 @@ STEP_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class FirstSight:
     """The first reading of a sensor that shows the danger."""
 
     sensor: str
@@ -78,12 +78,12 @@ class Drift:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
+class CrashEvidence:
     """All that causes are told apart by."""
 
     readings: int
     """In the decisive seconds."""
-    sights: tuple[Sight, ...]
+    sights: tuple[FirstSight, ...]
     """The first one of each sensor that has one, the earliest first."""
     silent: tuple[Silence, ...]
     map_shift: MapShift | None
@@ -92,11 +92,11 @@ class Evidence:
 
 def gather_evidence(
     flight: RecordedFlight, judge: Judge, ending: Ending, seen: tuple[PlacedReading, ...]
-) -> Evidence:
+) -> CrashEvidence:
     """Everything about the danger of an ending but what clearway makes of it."""
     before = [one for one in seen if one.reading.time_s < ending.time_s - ROUNDING_S]
     sights = _sights(judge, ending, before)
-    return Evidence(
+    return CrashEvidence(
         len(before),
         sights,
         _silent(flight, ending),
@@ -105,16 +105,16 @@ def gather_evidence(
     )
 
 
-def _sights(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> tuple[Sight, ...]:
+def _sights(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> tuple[FirstSight, ...]:
     within = judge.body_m + SIGHT_SHARE * judge.margin_m + ending.radius_m
-    first: dict[str, Sight] = {}
+    first: dict[str, FirstSight] = {}
     for one in readings:
         if one.sensor in first or not len(one.points_m):
             continue
         danger = ending.danger_at(one.reading.time_s)
         if np.linalg.norm(one.points_m - danger, axis=1).min() <= within:
             away = float(np.linalg.norm(danger - one.state.position_m)) - ending.radius_m
-            first[one.sensor] = Sight(one.sensor, one.reading.time_s, away)
+            first[one.sensor] = FirstSight(one.sensor, one.reading.time_s, away)
     return tuple(sorted(first.values(), key=lambda sight: sight.time_s))
 
 
@@ -188,7 +188,7 @@ def _drift(
     flight: RecordedFlight,
     judge: Judge,
     ending: Ending,
-    sights: tuple[Sight, ...],
+    sights: tuple[FirstSight, ...],
     readings: list[PlacedReading],
 ) -> Drift | None:
     """The wind beyond the stated one, of a vehicle that the air carries; None of others."""

@@ -5,20 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 from clearway.io.json_values import rounded
-from clearway.studies.why.causes import Answer, Cause
-from clearway.studies.why.decisions import Flown
+from clearway.studies.why.causes import Answer, CrashCause
+from clearway.studies.why.decisions import FlownDecision
 from clearway.studies.why.ending import Event
 from clearway.studies.why.explain import Explained
 
 TO_DO = {
-    Cause.NOT_RECORDED: "record clouds, obstacle_distance or PRX; a run: clearway fly --scans",
-    Cause.WRONG_MAP: "check origin and frame of the map, or fly by the sensors",
-    Cause.SENSOR_DEAD: "land, or hold, where a sensor falls silent",
-    Cause.UNSEEN: "add a sensor that looks there, or fly so that one does",
-    Cause.SEEN_LATE: "fly slower, or take a sensor that sees farther",
-    Cause.UNDECLARED_WIND: "declare the wind (safety.wind_mps), or fly with a larger margin",
-    Cause.LATE_DECISION: "act at the first sight",
-    Cause.NO_ESCAPE: "fly slower, or enter only where the way out is seen",
+    CrashCause.NOT_RECORDED: "record clouds, obstacle_distance or PRX; a run: clearway fly --scans",
+    CrashCause.WRONG_MAP: "check origin and frame of the map, or fly by the sensors",
+    CrashCause.SENSOR_DEAD: "land, or hold, where a sensor falls silent",
+    CrashCause.UNSEEN: "add a sensor that looks there, or fly so that one does",
+    CrashCause.SEEN_LATE: "fly slower, or take a sensor that sees farther",
+    CrashCause.UNDECLARED_WIND: "declare the wind (safety.wind_mps), or fly with a larger margin",
+    CrashCause.LATE_DECISION: "act at the first sight",
+    CrashCause.NO_ESCAPE: "fly slower, or enter only where the way out is seen",
 }
 
 
@@ -26,9 +26,9 @@ def explain_in_words(explained: Explained) -> str:
     """Five to eight lines by the flight's clock."""
     answer = explained.answer
     lines = [f"cause      {answer.cause}", f"end        {_end(explained)}"]
-    if answer.cause is not Cause.NONE:
+    if answer.cause is not CrashCause.NONE:
         lines += [f"visible    {_visible(explained)}", f"because    {_because(explained)}"]
-    if answer.cause not in (Cause.NONE, Cause.NOT_RECORDED):
+    if answer.cause not in (CrashCause.NONE, CrashCause.NOT_RECORDED):
         lines.append(f"clearway   {_counterfactual(explained)}")
     if answer.cause in TO_DO:
         lines.append(f"to do      {TO_DO[answer.cause]}")
@@ -63,7 +63,7 @@ def _end(explained: Explained) -> str:
 
 def _visible(explained: Explained) -> str:
     answer = explained.answer
-    if answer.cause is Cause.NOT_RECORDED:
+    if answer.cause is CrashCause.NOT_RECORDED:
         return "the log has no returns of any sensor in the last 30 s"
     sights = answer.evidence.sights
     if not sights:
@@ -80,31 +80,31 @@ def _because(explained: Explained) -> str:
     answer, judge = explained.answer, explained.judge
     evidence = answer.evidence
     needed = f"this vehicle needs {judge.needed_m:.1f} m"
-    if answer.cause is Cause.NOT_RECORDED:
+    if answer.cause is CrashCause.NOT_RECORDED:
         return "nothing in the log shows what stood there"
-    if answer.cause is Cause.WRONG_MAP and evidence.map_shift is not None:
+    if answer.cause is CrashCause.WRONG_MAP and evidence.map_shift is not None:
         x, y = evidence.map_shift.shift_m.tolist()
         return (
             f"the map shows nothing there, and fits all returns once shifted by "
             f"({x:+.1f}, {y:+.1f}) m: {evidence.map_shift.fit_m:.2f} m off instead of "
             f"{evidence.map_shift.misfit_m:.2f} m"
         )
-    if answer.cause is Cause.SENSOR_DEAD:
+    if answer.cause is CrashCause.SENSOR_DEAD:
         silent = "; ".join(
             f"{one.sensor} fell silent at {_at(explained, one.last_s)}" for one in evidence.silent
         )
         return f"{silent}, before the danger was within its sight"
-    if answer.cause is Cause.UNSEEN:
+    if answer.cause is CrashCause.UNSEEN:
         return f"sensors reported ({evidence.readings} readings), but nothing from there"
-    if answer.cause is Cause.SEEN_LATE:
+    if answer.cause is CrashCause.SEEN_LATE:
         return f"the first sight was too near: {needed}"
-    if answer.cause is Cause.UNDECLARED_WIND and evidence.drift is not None:
+    if answer.cause is CrashCause.UNDECLARED_WIND and evidence.drift is not None:
         east, north, _ = evidence.drift.wind_mps.tolist()
         return (
             f"a wind of ({east:+.2f}, {north:+.2f}) m/s carried it {evidence.drift.carried_m:.1f} "
             f"m; without that the same steering keeps {evidence.drift.still_air_m:.1f} m"
         )
-    if answer.cause is Cause.LATE_DECISION and answer.last_clear is not None:
+    if answer.cause is CrashCause.LATE_DECISION and answer.last_clear is not None:
         last = _at(explained, answer.last_clear.time_s)
         return f"it was seen in time ({needed}), and there was a way clear until {last}"
     return f"it was seen in time ({needed}), but nothing that could be flown then kept clear"
@@ -164,7 +164,7 @@ def explain_as_json(explained: Explained) -> dict[str, Any]:
     }
 
 
-def _flown(one: Flown | None, start: float) -> dict[str, Any] | None:
+def _flown(one: FlownDecision | None, start: float) -> dict[str, Any] | None:
     if one is None:
         return None
     return {
@@ -179,4 +179,4 @@ def _flown(one: Flown | None, start: float) -> dict[str, Any] | None:
 
 def leaves_open(answer: Answer) -> bool:
     """Whether the log does not show why."""
-    return answer.cause is Cause.NOT_RECORDED
+    return answer.cause is CrashCause.NOT_RECORDED
