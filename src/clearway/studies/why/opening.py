@@ -16,7 +16,7 @@ from clearway.io.flights.ulog_flight import ulog_flight
 from clearway.io.poses.pose_track import pose_track, quaternions_of
 from clearway.io.scans.bag import METADATA
 from clearway.io.what_file import require_file, what_file
-from clearway.view.replay.raw_scans import RawScan, is_run_file, read_kept
+from clearway.view.replay.raw_scans import RawScan, is_run_file, read_raw_scans
 from clearway.view.replay.reading import RUN_FILE, read_run, run_file
 
 BAGS = (".bag", ".db3", ".mcap", ".zstd")
@@ -54,7 +54,7 @@ def open_flight(path: Path) -> RecordedFlight:
 
 def _run_flight(path: Path) -> RecordedFlight:
     """A run of clearway; its sensors have readings where it was flown with `--scans`."""
-    run, kept = read_run(path), read_kept(path)
+    run, kept = read_run(path), read_raw_scans(path)
     states = list(run.states)
     times = np.array([one["time_s"] for one in states])
     turns = np.array([world_from_body(one["attitude_rad"]) for one in states])

@@ -48,7 +48,7 @@ def is_run_file(path: Path) -> bool:
     return any(channel.topic == schemas.MISSION for channel in channels)
 
 
-def read_kept(path: Path) -> KeptReadings:
+def read_raw_scans(path: Path) -> KeptReadings:
     """The raw scans of a run that `read_run` has found sound, and the mission attached to it."""
     try:
         from mcap.reader import SeekingReader
