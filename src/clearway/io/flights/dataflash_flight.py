@@ -17,7 +17,7 @@ from clearway.io.flights.recorded import (
     RangeReading,
     RecordedFlight,
     RecordedSensor,
-    sector_lidar,
+    make_sector_lidar,
     sector_reading,
 )
 from clearway.io.poses.pose_track import pose_track, quaternions_of
@@ -122,7 +122,9 @@ def _proximity(rows: Sequence[Values]) -> RecordedSensor | None:
             hit = (told > 0.0) & (told < farthest)
             yield sector_reading(float(time_s), azimuth, np.where(hit, told, np.nan))
 
-    return RecordedSensor("PRX", readings, lidar=sector_lidar("PRX", azimuth, max(farthest, 1.0)))
+    return RecordedSensor(
+        "PRX", readings, lidar=make_sector_lidar("PRX", azimuth, max(farthest, 1.0))
+    )
 
 
 def _end(rows: Sequence[Values]) -> LoggedEnd | None:

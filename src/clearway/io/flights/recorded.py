@@ -93,7 +93,7 @@ class RecordedFlight:
     __repr__ = brief
 
 
-def sector_lidar(name: str, azimuth_rad: FloatArray, farthest_m: float) -> Lidar:
+def make_sector_lidar(name: str, azimuth_rad: FloatArray, farthest_m: float) -> Lidar:
     """A level ring of sectors as beams: one each, since a silent sector shows that much to be free
     and no more."""
     pattern = BeamPattern(

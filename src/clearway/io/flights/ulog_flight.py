@@ -14,7 +14,7 @@ from clearway.io.flights.recorded import (
     RangeReading,
     RecordedFlight,
     RecordedSensor,
-    sector_lidar,
+    make_sector_lidar,
     sector_reading,
 )
 from clearway.io.poses.ulog import FORM, MICROSECOND_S, read_topics, read_ulog, utc_shift
@@ -68,7 +68,7 @@ def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
             hit = (told <= farthest[at]) & (told >= nearest[at]) & (told != UNKNOWN_CM)
             yield sector_reading(float(time_s), azimuth, np.where(hit, told * CENTIMETRE_M, np.nan))
 
-    lidar = sector_lidar(name, azimuth, max(float(farthest.max()) * CENTIMETRE_M, 1.0))
+    lidar = make_sector_lidar(name, azimuth, max(float(farthest.max()) * CENTIMETRE_M, 1.0))
     return RecordedSensor(name, readings, lidar=lidar)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.io.flights.recorded import RecordedFlight
 from clearway.io.poses.pose_track import PoseTrack
-from clearway.studies.why.speeds import SPAN_S, speeds_of, velocity_at
+from clearway.studies.why.speeds import SPAN_S, track_speeds, velocity_at
 from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import placed_readings
 
@@ -196,7 +196,7 @@ def _sudden_stop(track: PoseTrack) -> float | None:
     times = track.time_s
     if len(times) < 3 or float(np.median(np.diff(times))) > COARSEST_S:
         return None
-    speeds = speeds_of(track)
+    speeds = track_speeds(track)
     highest = float(np.percentile(speeds, 99.0))
     flying = np.flatnonzero(speeds > FLIES * highest)
     if not len(flying) or highest <= 0.0:

@@ -19,7 +19,7 @@ def velocity_at(track: PoseTrack, time_s: float) -> FloatArray | None:
     return np.asarray((end.position_m - begin.position_m) / SPAN_S)
 
 
-def speeds_of(track: PoseTrack) -> FloatArray:
+def track_speeds(track: PoseTrack) -> FloatArray:
     """[n] speeds between poses about a span apart; none of a track of one pose."""
     times = np.arange(track.time_s[0], track.time_s[-1], SPAN_S)
     if len(times) < 2:

@@ -17,7 +17,7 @@ from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import lidar_of
 from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.sensors import AnySensor
-from clearway.studies.why.speeds import speeds_of
+from clearway.studies.why.speeds import track_speeds
 
 SLOWEST_MPS = 0.5
 """Of an assumed vehicle: a log that never moves tells nothing."""
@@ -67,7 +67,7 @@ def judge_of(flight: RecordedFlight, mission: Path | None, notice: Notice | None
 
 def _assumed(flight: RecordedFlight) -> tuple[MissionFile, str]:
     """A multirotor as fast as the log's."""
-    speed = max(SLOWEST_MPS, round(float(np.percentile(speeds_of(flight.track), 99.0)), 1))
+    speed = max(SLOWEST_MPS, round(float(np.percentile(track_speeds(flight.track), 99.0)), 1))
     tables: dict[str, Any] = {
         "mission": {"name": "recorded", "waypoints_m": [[100.0 * speed, 0.0, 0.0]]},
         "vehicle": {"kind": "multirotor", "speed_mps": speed},
