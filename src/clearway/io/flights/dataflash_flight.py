@@ -22,7 +22,7 @@ from clearway.io.flights.recorded import (
 )
 from clearway.io.poses.pose_track import pose_track, quaternions_of
 from clearway.io.poses.ulog import ENU_FROM_NED, FRD_FROM_FLU
-from clearway.io.traffic.dataflash import FORM, MAGIC, MICROSECOND_S, LoggedRow, logged_rows
+from clearway.io.traffic.dataflash import MAGIC, MICROSECOND_S, LoggedRow, logged_rows
 from clearway.io.what_file import what_file
 
 ESTIMATES, WINDS = ("XKF1", "NKF1"), ("XKF2", "NKF2")
@@ -77,7 +77,7 @@ def dataflash_flight(path: Path) -> RecordedFlight:
     wind = _numbers(_of(rows, WINDS), ("TimeUS", "VWE", "VWN"))
     return RecordedFlight(
         str(path),
-        FORM,
+        "DataFlash log of ArduPilot",
         track,
         () if sensor is None else (sensor,),
         end=_end(_of(rows, ("ERR",))),

@@ -17,7 +17,7 @@ from clearway.io.flights.recorded import (
     make_sector_lidar,
     sector_reading,
 )
-from clearway.io.poses.ulog import FORM, MICROSECOND_S, read_topics, read_ulog, utc_shift
+from clearway.io.poses.ulog import MICROSECOND_S, read_topics, read_ulog, utc_shift
 
 DISTANCES, WINDS = "obstacle_distance", ("wind", "wind_estimate")
 BINS = 72
@@ -41,7 +41,7 @@ def ulog_flight(path: Path) -> RecordedFlight:
     wind = [_wind(data, shift) for name, data in topics.topics if name in WINDS]
     return RecordedFlight(
         str(path),
-        FORM,
+        "ULog of PX4",
         log.track,
         tuple(one for one in sensors if one is not None),
         wind=wind[0] if wind else np.zeros((0, 4)),
