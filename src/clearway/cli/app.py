@@ -41,6 +41,7 @@ from clearway.cli.risk import risk
 from clearway.cli.ros2 import ros2
 from clearway.cli.sample import sample
 from clearway.cli.traffic import traffic
+from clearway.cli.why import why
 
 COUNTING = ("velodyne_decoder", "ouster.sdk")
 """Modules made with nanobind, which tells on standard error what of theirs is left at the end."""
@@ -82,6 +83,7 @@ app.command("ros2", cls=Command)(run_guarded(ros2))
 app.command("sample", cls=Command)(run_guarded(sample))
 app.command("traffic", cls=Command)(run_guarded(traffic))
 app.command("alerts", cls=Command)(run_guarded(alerts))
+app.command("why", cls=Command)(run_guarded(why))
 
 
 def _print_version(wanted: bool) -> None:

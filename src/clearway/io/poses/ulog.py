@@ -55,7 +55,7 @@ def read_ulog(path: str | Path) -> FlightLog:
     path = Path(path)
     with naming(path, "read"):
         content = path.read_bytes()
-    log, notes = _parsed(str(path), content, ["vehicle_local_position", "vehicle_attitude",
+    log, notes = read_topics(str(path), content, ["vehicle_local_position", "vehicle_attitude",
                                               "vehicle_gps_position"])  # fmt: skip
     place, turn = _data(log, "vehicle_local_position"), _data(log, "vehicle_attitude")
     if place is None or turn is None:
@@ -67,7 +67,7 @@ def read_ulog(path: str | Path) -> FlightLog:
     times = place["timestamp"].astype(np.float64)[valid] * MICROSECOND_S
     ned = np.column_stack([place[axis] for axis in "xyz"]).astype(np.float64)[valid]
     quaternion = _attitudes(turn, times)
-    shift = _utc_shift(log)
+    shift = utc_shift(log)
     if not valid.all():
         notes = (*notes, f"{np.count_nonzero(~valid)} positions left out: not valid yet")
     told = tuple(f"{path}: {note}" for note in notes)
@@ -99,7 +99,7 @@ def _origin(place: Any) -> tuple[float, float, float] | None:
     return where[0], where[1], where[2]
 
 
-def _utc_shift(log: Log) -> float:
+def utc_shift(log: Log) -> float:
     """Seconds from the log's clock to UTC; 0 where GPS never told the time."""
     gps = _data(log, "vehicle_gps_position")
     if gps is None:
@@ -118,10 +118,10 @@ def read_ulog_traffic(source: str, content: bytes) -> TrafficRecording:
 
     Reports of nobody and nowhere are counted. Raises InputError where the log is damaged.
     """
-    log, notes = _parsed(source, content, ["vehicle_gps_position", "transponder_report"])
+    log, notes = read_topics(source, content, ["vehicle_gps_position", "transponder_report"])
     sieve = Sieve(source)
     sieve.notes.extend(notes)
-    shift = _utc_shift(log)
+    shift = utc_shift(log)
     _take_own(log, shift, sieve)
     for topic, data in log.topics:
         if topic == "transponder_report":
@@ -194,7 +194,7 @@ def _take_report(data: Any, n: int, shift: float, sieve: Sieve) -> None:
     )
 
 
-def _parsed(source: str, content: bytes, names: list[str]) -> tuple[Log, tuple[str, ...]]:
+def read_topics(source: str, content: bytes, names: list[str]) -> tuple[Log, tuple[str, ...]]:
     """The log with some of its topics, and a note where it ends in the middle."""
     if find_spec("pyulog") is None:
         raise MissingExtraError(f"reading {source}", "ulog")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -86,7 +87,9 @@ def read_dataflash(source: str, content: bytes) -> TrafficRecording:
     return sieve.recording(FORM, "relative" if begin_s is None else "utc", own_address=OWN)
 
 
-def logged_rows(content: bytes) -> tuple[list[LoggedRow], int, int]:
+def logged_rows(
+    content: bytes, fields: Mapping[str, tuple[str, ...]] = FIELDS
+) -> tuple[list[LoggedRow], int, int]:
     """Messages that are read, in their order, how many others, and bytes that hold none.
 
     Fewer than 0 where the last one is cut off.
@@ -98,9 +101,9 @@ def logged_rows(content: bytes) -> tuple[list[LoggedRow], int, int]:
         file.flush()
         reader = DFReader_binary(file.name)
         found = []
-        while (message := reader.recv_match(type=list(FIELDS))) is not None:
+        while (message := reader.recv_match(type=list(fields))) is not None:
             kind = message.get_type()
-            values = {name: _number(message, name) for name in FIELDS[kind]}
+            values = {name: _number(message, name) for name in fields[kind]}
             found.append(LoggedRow(kind, values))
         counts = {n: count for n, count in enumerate(reader.counts) if count}
         known = sum(count * reader.formats[n].len for n, count in counts.items())

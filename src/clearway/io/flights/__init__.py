@@ -1,0 +1,1 @@
+"""Logs of flights as one value: the way flown, what sensors showed, what the log states."""

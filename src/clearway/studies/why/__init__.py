@@ -1,0 +1,1 @@
+"""Why a recorded flight went wrong: evidence of its log, its cause, what clearway had flown."""
