@@ -53,7 +53,7 @@ PARAMETERS = """
     mission: mission.toml
     act: true
     ground_m: -4.0
-    set_points: [{{topic: target, type: PositionTarget}}]
+    set_points: {{target: {{topic: target, type: PositionTarget}}}}
     clouds: {{front: {{topic: points, reliable: {reliable}}}}}
 """
 OWN_HZ = 100.0

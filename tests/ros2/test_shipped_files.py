@@ -19,7 +19,7 @@ from typer.main import get_command
 from clearway.cli.app import app
 from clearway.ros2.bus import LATCHED, SENSOR
 from clearway.ros2.messages import ADDED
-from clearway.ros2.parameters import read_parameters
+from clearway.ros2.parameter_file import read_parameters
 from clearway.ros2.rclpy_bus import RclpyBus
 from repository import REPOSITORY
 

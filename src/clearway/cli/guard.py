@@ -155,7 +155,8 @@ def _on_topics(
     *,
     check: bool,
 ) -> tuple[Loop, Any]:
-    from clearway.ros2.parameters import Names, read_parameters
+    from clearway.ros2.parameter_file import read_parameters
+    from clearway.ros2.parameters import Names
     from clearway.ros2.setup import set_up_ros2_guard
 
     given = read_parameters(Path(what), namespace=namespace)

@@ -44,7 +44,8 @@ def px4(
     from clearway.px4.hand import ModeEncoding
     from clearway.px4.setup import set_up_px4, set_up_px4_guard
     from clearway.ros2.hand import begin_ros2_hand
-    from clearway.ros2.parameters import Names, read_parameters
+    from clearway.ros2.parameter_file import read_parameters
+    from clearway.ros2.parameters import Names
 
     refuse_unusable(backend, None)
     given = read_parameters(parameters, namespace=namespace)

@@ -44,7 +44,8 @@ def ros2(
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
     from clearway.ros2.hand import TopicEncoding, begin_ros2_hand
-    from clearway.ros2.parameters import Names, read_parameters
+    from clearway.ros2.parameter_file import read_parameters
+    from clearway.ros2.parameters import Names
     from clearway.ros2.setup import set_up_ros2
 
     refuse_unusable(backend, bag)

@@ -68,7 +68,7 @@ class GuardLink(TopicLink[GuardSession]):
 
     def _tell_set_point(self, outcome: TickOutcome) -> None:
         if outcome.set_point is not None and self.parameters.act:
-            for one in self.parameters.set_points:
+            for one in self.parameters.set_points.values():
                 self.publish(one.topic, self._message(one, outcome, outcome.set_point))
 
     def _message(self, one: SetPointParameters, outcome: TickOutcome, point: SetPoint) -> Any:
@@ -94,5 +94,5 @@ class GuardLink(TopicLink[GuardSession]):
         if last is None:
             return
         time_s = self.session.clock.now(time.monotonic())
-        for one in self.parameters.set_points:
+        for one in self.parameters.set_points.values():
             self.publish(one.topic, self.set_point_message(one, last, time_s))

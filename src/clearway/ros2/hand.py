@@ -46,7 +46,7 @@ class TopicEncoding:
         link = self.link
         told_on = [
             (link.names(one.topic), SET_POINT_KINDS[one.type], USUAL)
-            for one in link.parameters.set_points
+            for one in link.parameters.set_points.values()
         ]
         return [*told_on, DIAGNOSTICS]
 
@@ -59,7 +59,7 @@ class TopicEncoding:
         return Encoding(self.set_points, self.says)
 
     def set_points(self, points: Sequence[tuple[float, SetPoint]]) -> list[tuple[Packet, ...]]:
-        topics = self.link.parameters.set_points
+        topics = self.link.parameters.set_points.values()
         return [
             tuple(
                 Packet(channel, pack_message(self._message(one, point, time_s)))

@@ -94,7 +94,7 @@ class Ros2Link(TopicLink[Session]):
         given = self.parameters
         if point is None or not given.act:
             return
-        for one in given.set_points:
+        for one in given.set_points.values():
             self.publish(one.topic, self.set_point_message(one, point, time_s))
 
     def end(self, *, crashed: bool = False) -> None:

@@ -105,7 +105,7 @@ class TopicLink(TopicTeller[S]):
             take = self._cloud_taker(name, cloud)
             quality = replace(SENSOR, reliable=cloud.reliable)
             found.append(Heard(names(cloud.topic), kind, quality, take, True))
-        for one in given.traffic:
+        for one in given.traffic.values():
             take = self._take_aircraft if one.type == "Aircraft" else self._take_traffic
             found.append(Heard(names(one.topic), TRAFFIC_KINDS[one.type], SENSOR, take))
         return found
