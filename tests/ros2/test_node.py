@@ -331,19 +331,22 @@ def test_bytes_that_are_no_message_raise_what_is_foreseen() -> None:
 
 
 GENERAL = "/**: {ros__parameters: {mission: m.toml, rate: 5.0}}"
+POINTS = "ros__parameters: {rate: 20.0, clouds.front.topic: points}"
 OWN = {
-    "own name": ("", "clearway: {ros__parameters: {rate: 20.0, clouds: {front: {topic: points}}}}"),
-    "full name": ("robot", "/robot/clearway: {ros__parameters: {rate: 20.0, clouds.front.topic: points}}"),
-    "nested": ("robot", "robot: {clearway: {ros__parameters: {rate: 20, clouds: {front.topic: points}}}}"),
-    "any depth": ("a/b", "/**/clearway: {ros__parameters: {rate: 20.0, clouds.front.topic: points}}"),
-    "one deep": ("a", "/*/clearway: {ros__parameters: {rate: 20.0, clouds.front: {topic: points}}}"),
-}  # fmt: skip
+    "own name": ("", "clearway: {ros__parameters: {rate: 20, clouds: {front: {topic: points}}}}"),
+    "full name": ("robot", f"/robot/clearway: {{{POINTS}}}"),
+    "nested": ("robot", f"robot: {{clearway: {{{POINTS}}}}}"),
+    "any depth": ("a/b", f"/**/clearway: {{{POINTS}}}"),
+    "one deep": ("a", f"/*/clearway: {{{POINTS}}}"),
+}
 
 
 @pytest.mark.parametrize("form", OWN)
 def test_parameters_are_those_of_the_node(tmp_path, form: str) -> None:
     namespace, own = OWN[form]
-    others = "other: {ros__parameters: {rate: 1.0}}\n/*/*/*/clearway: {ros__parameters: {rate: 2.0}}"
+    others = (
+        "other: {ros__parameters: {rate: 1.0}}\n/*/*/*/clearway: {ros__parameters: {rate: 2.0}}"
+    )
     path = tmp_path / "p.yaml"
     path.write_text("\n".join([GENERAL, own, others]))
     given = read_parameters(path, namespace=namespace)

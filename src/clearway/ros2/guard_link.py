@@ -67,7 +67,7 @@ class GuardLink(TopicLink[GuardSession]):
         return replace(outcome, notes=(*outcome.notes, *self.news()))
 
     def _tell_set_point(self, outcome: TickOutcome) -> None:
-        if outcome.set_point is not None and self.parameters.act:
+        if outcome.set_point is not None and self.session.terms.act:
             for one in self.parameters.set_points.values():
                 self.publish(one.topic, self._message(one, outcome, outcome.set_point))
 
@@ -90,7 +90,7 @@ class GuardLink(TopicLink[GuardSession]):
 
     def _farewell(self) -> None:
         """To hold, where the vehicle was led."""
-        last = self.session.farewell() if self.parameters.act else None
+        last = self.session.farewell() if self.session.terms.act else None
         if last is None:
             return
         time_s = self.session.clock.now(time.monotonic())

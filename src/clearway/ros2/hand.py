@@ -95,16 +95,17 @@ def begin_ros2_hand(loop: Loop, way: TopicEncoding, *, wanted: bool, notice: Not
     why_none = (
         (TURNED_OFF, not wanted),
         (NO_SIMULATED_TIME, loop.session.terms.speedup is None),
-        (NO_BUS, not isinstance(bus, DdsBus | RclpyBus)),
     )
     none = next((why for why, holds in why_none if holds), None)
-    if none is not None:
-        notice(none)
+    if none is not None or not isinstance(bus, DdsBus | RclpyBus):
+        notice(none or NO_BUS)
         return
     sender = {
         "domain": getattr(bus, "domain", None),
         "namespace": getattr(bus, "namespace", None),
-        "topics": [(topic, kind, astuple(quality)) for topic, kind, quality in way.topics()],
+        "topics": [
+            (bus.resolved(topic), kind, astuple(quality)) for topic, kind, quality in way.topics()
+        ],
         **way.more(),
     }
     hand = SecondProcess.start(way.module, sender, (), loop.longest_s, log=None, notice=notice)

@@ -121,6 +121,11 @@ class TopicLink(TopicTeller[S]):
         """Topics of one kind of node alone."""
         return []
 
+    @property
+    def is_relieved(self) -> bool:
+        """Whether the second process has taken over for good."""
+        return self.handing.hand.relieved
+
     # --- in -------------------------------------------------------------------------------
 
     def hear(self, wall_s: float) -> None:
