@@ -65,7 +65,7 @@ OWN_HZ = 100.0
 STEP_M, ROWS = 0.016, 100
 """Of the street's returns, along it; and how many rows of them there are."""
 CLOUD, ODOMETRY = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/Odometry"
-PATH = "nav_msgs/msg/Path"
+PATH, DIAGNOSTICS = "nav_msgs/msg/Path", "diagnostic_msgs/msg/DiagnosticArray"
 STRING, TARGET = "std_msgs/msg/String", "geometry_msgs/msg/Twist"
 
 
@@ -198,21 +198,22 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     bus.advertise("/odom", ODOMETRY, SENSOR)
     bus.advertise("/points", CLOUD, Quality(reliable=reliable, depth=5))
     bus.subscribe("/target", TARGET, USUAL)
+    bus.subscribe("/diagnostics", DIAGNOSTICS, USUAL)
     cloud, table = _cloud(options.points)
     along_m = table[:, 0].copy()
     own = made("nav_msgs/msg/Odometry", header=header(0.0, "map"), child_frame_id="base_link")
     own.pose.pose.orientation.w = 1.0
     place, velocity = np.zeros(3), np.zeros(3)
-    while not bus.subscribers("/points"):
-        time.sleep(0.05)
-    time.sleep(1.0)
+    while not any(one.topic == "/diagnostics" for one in bus.take()):
+        time.sleep(0.05)  # It ticks: before, it starts its second process.
     heard.set()
     due, every = time.monotonic(), round(OWN_HZ / options.hz)
     clouds = round(60.0 * options.minutes * options.hz)
     for number in range(every * clouds):
         for one in bus.take():
-            fast = unpacked(one.raw, one.type).linear
-            velocity = np.array([fast.x, fast.y, fast.z])
+            if one.topic == "/target":
+                fast = unpacked(one.raw, one.type).linear
+                velocity = np.array([fast.x, fast.y, fast.z])
         place = place + velocity / OWN_HZ
         stamp = make_stamp(time.time())
         if number % every == 0:

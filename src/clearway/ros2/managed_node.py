@@ -131,17 +131,15 @@ class ManagedNode:
         def over(_elapsed_s: float, outcome: TickOutcome | None) -> bool:
             return self._leaves or stop(time.monotonic() - began, outcome)
 
-        self._idle.add_node(self._node)
         while not self._ends and not stop(time.monotonic() - began, None):
             if self._loop is None:
+                self._idle.add_node(self._node)  # From the bus's executor, which it goes back to.
                 self._idle.spin_once(timeout_sec=LISTENS_S)
                 continue
-            self._idle.remove_node(self._node)
             report = self._loop.run(over, on_outcome)
             if not self._leaves:
                 break
             self._tear_down()
-            self._idle.add_node(self._node)
         return report
 
     def _start_by_itself(self) -> None:
