@@ -126,7 +126,8 @@ $(VENV)/.dev: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
 $(ROS)/%/.ready: tests/ros2/constraints-%.txt $(VENV)/.dev
 	test -x $(ROS)/$*/bin/python || $(PYTHON) -m venv $(ROS)/$*
 	PIP_CONSTRAINT=$< PIP_DISABLE_PIP_VERSION_CHECK=1 $(ROS)/$*/bin/python -m pip install --quiet \
-		ros-$*-rclpy ros-$*-common-interfaces ros-$*-rmw-fastrtps-cpp
+		ros-$*-rclpy ros-$*-common-interfaces ros-$*-rmw-fastrtps-cpp \
+		colcon-core colcon-ros colcon-python-setup-py
 	$(BIN)/python -c "import site; print(site.getsitepackages()[0])" > \
 		$$($(ROS)/$*/bin/python -c "import site; print(site.getsitepackages()[0])")/zz_clearway.pth
 	touch $@

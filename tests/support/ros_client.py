@@ -102,7 +102,9 @@ def main() -> None:
     robot, told = Robot(), {}
     told["began"] = robot.state()
     told["parameters"] = list(robot.ask(ListParameters, "list_parameters").result.names)
-    values = robot.ask(GetParameters, "get_parameters", names=["rate", "set_points.led.topic"]).values
+    values = robot.ask(
+        GetParameters, "get_parameters", names=["rate", "set_points.led.topic"]
+    ).values
     told["values"] = [values[0].double_value, values[1].string_value]
     told["set_too_fast"] = robot.set_rate(1e6)
     told["set"] = robot.set_rate(20.0)
