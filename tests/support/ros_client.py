@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import json
 import struct
-import sys
 import time
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import Odometry
-from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from sensor_msgs.msg import PointCloud2, PointField
 
@@ -41,7 +41,9 @@ class Robot:
         self.velocity = [told.linear.x, told.linear.y, told.linear.z]
 
     def step(self) -> None:
-        self.place = [at + STEP_S * fast for at, fast in zip(self.place, self.velocity)]
+        self.place = [
+            at + STEP_S * fast for at, fast in zip(self.place, self.velocity, strict=True)
+        ]
         own = Odometry(child_frame_id="base_link")
         own.header.frame_id = "map"
         own.header.stamp = self.node.get_clock().now().to_msg()
@@ -70,7 +72,7 @@ class Robot:
             self.step()
         return self.came - before
 
-    def ask(self, kind: type, name: str, **fields: object) -> object:
+    def ask(self, kind: Any, name: str, **fields: object) -> Any:
         client = self.node.create_client(kind, f"clearway/{name}")
         until = time.monotonic() + 60.0
         while not client.service_is_ready():
@@ -86,10 +88,11 @@ class Robot:
         return future.result()
 
     def change(self, transition: int) -> bool:
-        return self.ask(ChangeState, "change_state", transition=Transition(id=transition)).success
+        answer = self.ask(ChangeState, "change_state", transition=Transition(id=transition))
+        return bool(answer.success)
 
     def state(self) -> str:
-        return self.ask(GetState, "get_state").current_state.label
+        return str(self.ask(GetState, "get_state").current_state.label)
 
     def set_rate(self, rate: float) -> tuple[bool, str]:
         value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=rate)
@@ -99,7 +102,8 @@ class Robot:
 
 
 def main() -> None:
-    robot, told = Robot(), {}
+    robot = Robot()
+    told: dict[str, Any] = {}
     told["began"] = robot.state()
     told["parameters"] = list(robot.ask(ListParameters, "list_parameters").result.names)
     values = robot.ask(
@@ -129,4 +133,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +34,7 @@ def run_guard() -> None:
 def _run(kind: Callable[[], NodeKind], watch: Callable[[], Any], words: Sequence[str]) -> None:
     from clearway.ros2.managed_node import ManagedNode, ManagedStart
 
-    files = [Path(after) for word, after in zip(words, words[1:], strict=False) if word == FILE]
+    files = [Path(after) for word, after in pairwise(words) if word == FILE]
     folder = files[0].parent if files else Path()
     node = ManagedNode(kind(), ManagedStart(words, folder), say)
     with closing(node), stop_rule(None) as stop:
