@@ -1,3 +1,4 @@
+# mypy: disable-error-code="import-not-found"
 """A robot and a life-cycle client on rclpy, run by a Python that has it; prints JSON.
 
 It goes where a Twist of the map leads it, sees a wall far away, and takes the node `clearway`
