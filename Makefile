@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PEERS := .venv-peers
+ROS := .venv-ros
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --no-compile
 # Byte code of what is installed, on all cores, which pip makes on one. Some packages hold files of
 # other Pythons.
@@ -14,7 +15,7 @@ CORE := $(BIN)/python -m clearway_build
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo core test lint types imports unit realtime nightly sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo core test lint types imports unit realtime nightly ros sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly copter-columns --out clearway-out/demo
@@ -46,7 +47,12 @@ realtime: $(VENV)/.dev
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
 	$(CORE)
-	$(BIN)/pytest -n 2 --dist loadfile -m nightly
+	-$(MAKE) ros
+	CLEARWAY_ROS_PYTHON=$$(ls -d $(CURDIR)/$(ROS)/*/bin/python 2> /dev/null | paste -sd:) \
+		$(BIN)/pytest -n 2 --dist loadfile -m nightly
+
+# Real ROS 2 of two distributions, without its command line; x86-64 alone has wheels.
+ros: $(ROS)/kilted/.ready $(ROS)/jazzy/.ready
 
 # The core with every index checked, under the sanitizers of g++: the loops' tests, then damaged files
 # of every format: make sanitized COUNT=20000
@@ -116,6 +122,16 @@ $(VENV)/.dev: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
 	$(BYTE_CODE)
 	touch $(VENV)/.core $@
 
+# Beside rclpy it finds what is installed for clearway.
+$(ROS)/%/.ready: tests/ros2/constraints-%.txt $(VENV)/.dev
+	test -x $(ROS)/$*/bin/python || $(PYTHON) -m venv $(ROS)/$*
+	PIP_CONSTRAINT=$< PIP_DISABLE_PIP_VERSION_CHECK=1 $(ROS)/$*/bin/python -m pip install --quiet \
+		ros-$*-rclpy ros-$*-common-interfaces ros-$*-rmw-fastrtps-cpp \
+		colcon-core colcon-ros colcon-python-setup-py
+	$(BIN)/python -c "import site; print(site.getsitepackages()[0])" > \
+		$$($(ROS)/$*/bin/python -c "import site; print(site.getsitepackages()[0])")/zz_clearway.pth
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(PEERS) build clearway-out dist site src/clearway/base/_core.* \
+	rm -rf $(VENV) $(PEERS) $(ROS) build clearway-out dist site src/clearway/base/_core.* \
 		.mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -53,16 +53,20 @@ PARAMETERS = """
     mission: mission.toml
     act: true
     ground_m: -4.0
-    set_points: [{{topic: target, type: PositionTarget}}]
+    set_points: {{target: {{topic: target, type: Twist, frame: map}}}}
     clouds: {{front: {{topic: points, reliable: {reliable}}}}}
 """
+ON_THIS_MACHINE = {
+    "CYCLONEDDS_URI": LOOPBACK,
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "ROS_STATIC_PEERS": "127.0.0.1",
+}
 OWN_HZ = 100.0
 STEP_M, ROWS = 0.016, 100
 """Of the street's returns, along it; and how many rows of them there are."""
 CLOUD, ODOMETRY = "sensor_msgs/msg/PointCloud2", "nav_msgs/msg/Odometry"
-PATH = "nav_msgs/msg/Path"
-TF, STRING = "tf2_msgs/msg/TFMessage", "std_msgs/msg/String"
-TARGET = "mavros_msgs/msg/PositionTarget"
+PATH, DIAGNOSTICS = "nav_msgs/msg/Path", "diagnostic_msgs/msg/DiagnosticArray"
+STRING, TARGET = "std_msgs/msg/String", "geometry_msgs/msg/Twist"
 
 
 def main() -> None:
@@ -73,8 +77,10 @@ def main() -> None:
     parser.add_argument("--hz", type=float, default=10.0)
     parser.add_argument("--domain", type=int, default=98)
     parser.add_argument("--only", choices=("reliable", "best-effort"))
+    for side in ("node", "robot"):
+        parser.add_argument(f"--{side}", choices=("dds", "rclpy"), default="dds")
     options = parser.parse_args()
-    os.environ["CYCLONEDDS_URI"] = LOOPBACK
+    os.environ |= ON_THIS_MACHINE | {"ROS_DOMAIN_ID": str(options.domain)}
     for way in ("reliable", "best-effort"):
         if options.only in (None, way):
             print(json.dumps(measured(options, way == "reliable")), flush=True)
@@ -83,8 +89,8 @@ def main() -> None:
 def measured(options: argparse.Namespace, reliable: bool) -> dict[str, Any]:
     """One run."""
     load, drops = os.getloadavg()[0], _dropped()
-    with tempfile.TemporaryDirectory() as name, _node(Path(name), options.domain, reliable) as node:
-        listener = _Listener(options.domain)
+    with tempfile.TemporaryDirectory() as name, _node(Path(name), options, reliable) as node:
+        listener = _Listener(_open_bus(options.node, options, "listener"))
         spawn = multiprocessing.get_context("spawn")  # DDS does not survive a fork.
         heard, over = spawn.Event(), spawn.Event()
         robot = spawn.Process(target=_fly, args=(options, reliable, heard, over), daemon=True)
@@ -106,6 +112,8 @@ def measured(options: argparse.Namespace, reliable: bool) -> dict[str, Any]:
     came = points["messages"]
     return {
         "way": "reliable" if reliable else "best effort",
+        "robot": options.robot,
+        "node": options.node,
         "points": options.points,
         "sent": sent,
         "came": came,
@@ -126,10 +134,12 @@ def measured(options: argparse.Namespace, reliable: bool) -> dict[str, Any]:
 
 
 @contextmanager
-def _node(folder: Path, domain: int, reliable: bool) -> Iterator[subprocess.Popen[str]]:
+def _node(
+    folder: Path, options: argparse.Namespace, reliable: bool
+) -> Iterator[subprocess.Popen[str]]:
     (folder / "mission.toml").write_text(MISSION)
     (folder / "p.yaml").write_text(PARAMETERS.format(reliable=str(reliable).lower()))
-    words = ["-m", "clearway", "ros2", str(folder / "p.yaml"), "--domain", str(domain), "--json"]
+    words = ["-m", "clearway", "ros2", str(folder / "p.yaml"), "--backend", options.node, "--json"]
     node = subprocess.Popen(
         [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
@@ -140,14 +150,20 @@ def _node(folder: Path, domain: int, reliable: bool) -> Iterator[subprocess.Pope
         node.communicate()
 
 
+def _open_bus(side: str, options: argparse.Namespace, name: str) -> Any:
+    from clearway.ros2.dds import DdsBus
+    from clearway.ros2.rclpy_bus import RclpyBus
+
+    return DdsBus(options.domain) if side == "dds" else RclpyBus.on_own_node(name, "")
+
+
 class _Listener:
     """Hears what the node decides."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, bus: Any) -> None:
         from clearway.ros2.bus import LATCHED
-        from clearway.ros2.dds import DdsBus
 
-        self.bus = DdsBus(domain)
+        self.bus = bus
         self.bus.subscribe("/clearway/plan", PATH, LATCHED)
         self.bus.subscribe("/clearway/decision", STRING, LATCHED)
         self._path_s: dict[float, float] = {}
@@ -174,37 +190,30 @@ class _Listener:
 
 def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> None:
     """Clouds and own places, from when the node listens on; it is wherever it is led."""
-    from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL, Quality
-    from clearway.ros2.dds import DdsBus
+    from clearway.ros2.bus import SENSOR, USUAL, Quality
     from clearway.ros2.messages import made, pack_message, unpacked
-    from clearway.ros2.told import header, make_stamp, point, turned
+    from clearway.ros2.told import header, make_stamp, point
 
-    bus = DdsBus(options.domain)
-    bus.advertise("/tf_static", TF, STATIC_TF)
+    bus = _open_bus(options.robot, options, "robot")
     bus.advertise("/odom", ODOMETRY, SENSOR)
     bus.advertise("/points", CLOUD, Quality(reliable=reliable, depth=5))
     bus.subscribe("/target", TARGET, USUAL)
-    static = made("geometry_msgs/msg/TransformStamped", header=header(0.0, "base_link"),
-                  child_frame_id="lidar")  # fmt: skip
-    static.transform.rotation = turned(0.0)
-    bus.publish("/tf_static", pack_message(made("tf2_msgs/msg/TFMessage", transforms=[static])))
+    bus.subscribe("/diagnostics", DIAGNOSTICS, USUAL)
     cloud, table = _cloud(options.points)
     along_m = table[:, 0].copy()
     own = made("nav_msgs/msg/Odometry", header=header(0.0, "map"), child_frame_id="base_link")
-    place, velocity, yaw = np.zeros(3), np.zeros(3), 0.0
-    while not bus.subscribers("/points"):
-        time.sleep(0.05)
-    time.sleep(1.0)
+    own.pose.pose.orientation.w = 1.0
+    place, velocity = np.zeros(3), np.zeros(3)
+    while not any(one.topic == "/diagnostics" for one in bus.take()):
+        time.sleep(0.05)  # It ticks: before, it starts its second process.
     heard.set()
     due, every = time.monotonic(), round(OWN_HZ / options.hz)
     clouds = round(60.0 * options.minutes * options.hz)
     for number in range(every * clouds):
         for one in bus.take():
-            told = unpacked(one.raw, one.type)
-            to, fast = told.position, told.velocity
-            way = np.array([to.x, to.y, to.z]) - place
-            velocity = np.array([fast.x, fast.y, fast.z]) + way
-            yaw = told.yaw
+            if one.topic == "/target":
+                fast = unpacked(one.raw, one.type).linear
+                velocity = np.array([fast.x, fast.y, fast.z])
         place = place + velocity / OWN_HZ
         stamp = make_stamp(time.time())
         if number % every == 0:
@@ -212,7 +221,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
             cloud.header.stamp = stamp
             bus.publish("/points", pack_message(cloud))
         own.header.stamp = stamp
-        own.pose.pose.position, own.pose.pose.orientation = point(place), turned(yaw)
+        own.pose.pose.position = point(place)
         own.twist.twist.linear.x = float(np.linalg.norm(velocity))
         bus.publish("/odom", pack_message(own))
         due += 1.0 / OWN_HZ
@@ -238,7 +247,7 @@ def _cloud(points: int) -> tuple[Any, Any]:
         for at, name in enumerate("xyz")
     ]
     message = made(
-        CLOUD, header=header(0.0, "lidar"), height=1, width=len(table), fields=fields,
+        CLOUD, header=header(0.0, "base_link"), height=1, width=len(table), fields=fields,
         point_step=16, row_step=16 * len(table), data=table.view(np.uint8).reshape(-1),
     )  # fmt: skip
     return message, table

@@ -16,7 +16,7 @@ from clearway.mavlink.distances import LEVEL_RAD
 from clearway.mavlink.setup import sensor_of
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
-from clearway.ros2.parameters import read_parameters
+from clearway.ros2.parameter_file import read_parameters
 from clearway.ros2.setup import NodeSetup
 from repository import REPOSITORY
 

@@ -31,7 +31,7 @@ PARAMETERS = f"""
     act: true
     ground_m: -20.0
     clouds: {{front: {{topic: points}}}}
-    set_points: [{{topic: cmd_vel, type: Twist}}]
+    set_points: {{velocity: {{topic: cmd_vel, type: Twist}}}}
 """
 TWIST = "geometry_msgs/msg/Twist"
 

@@ -39,7 +39,7 @@ def test_a_message_that_ros_lacks_is_an_error_with_its_cure() -> None:
 
 def test_what_nothing_depends_on_may_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     without(monkeypatch, "px4_msgs", "mavros_msgs", "visualization_msgs", "diagnostic_msgs")
-    bench = RosBench(set_points=({"topic": "cmd_vel", "type": "Twist"},))
+    bench = RosBench(set_points={"velocity": {"topic": "cmd_vel", "type": "Twist"}})
     assert str(bench.fly(10).state) == "flying"
     assert bench.sent("/cmd_vel")
     named = [reason for reason in bench.counts if "this ROS has no" in reason]
@@ -54,4 +54,4 @@ def test_what_nothing_depends_on_may_be_missing(monkeypatch: pytest.MonkeyPatch)
 def test_what_is_needed_may_not(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
     without(monkeypatch, package)
     with pytest.raises(MissingMessageError):
-        RosBench(set_points=({"topic": "cmd_vel", "type": "Twist"},))
+        RosBench(set_points={"velocity": {"topic": "cmd_vel", "type": "Twist"}})

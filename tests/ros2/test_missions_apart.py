@@ -46,8 +46,8 @@ PARAMETERS = """
     use_sim_time: true
     ground_m: -20.0
     clouds: {front: {topic: points}}
-    traffic: [{topic: adsb, type: TransponderReport}]
-    set_points: [{topic: target, type: PositionTarget}]
+    traffic: {adsb: {topic: adsb, type: TransponderReport}}
+    set_points: {target: {topic: target, type: PositionTarget}}
 """
 MARGIN_M = 0.6
 

@@ -15,7 +15,8 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from clearway.base.errors import InputError
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.messages import damages, made, pack_message, unpacked
-from clearway.ros2.parameters import Names, read_parameters
+from clearway.ros2.parameter_file import read_parameters
+from clearway.ros2.parameters import Names
 from clearway.ros2.told import header, point
 from ros2_for_tests import (
     BEGAN_S,
@@ -101,7 +102,7 @@ def told_in_a_frame(frame: str = "map", at_s: float = 0.1, **more: Any) -> Any:
 
 
 def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
-    bench = RosBench(traffic=({"topic": "seen", "type": "Aircraft"},))
+    bench = RosBench(traffic={"seen": {"topic": "seen", "type": "Aircraft"}})
     bench.fly(2)
     bench.bus.tell("/tf_static", transform("arena", "map", (10.0, 0.0, 0.0), yaw=0.5 * math.pi))
     bench.bus.tell("/seen", told_in_a_frame("arena"))
@@ -121,7 +122,7 @@ def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
     ],
 )
 def test_one_that_says_nothing_is_counted(wrong: dict[str, Any], reason: str) -> None:
-    bench = RosBench(traffic=({"topic": "seen", "type": "Aircraft"},))
+    bench = RosBench(traffic={"seen": {"topic": "seen", "type": "Aircraft"}})
     bench.fly(2)
     bench.bus.tell("/seen", told_in_a_frame(**wrong))
     bench.fly(1, begins=2)
@@ -329,20 +330,26 @@ def test_bytes_that_are_no_message_raise_what_is_foreseen() -> None:
             unpacked(raw, "nav_msgs/msg/Odometry")
 
 
-PARAMETERS = """
-/**:
-  ros__parameters: {mission: m.toml, act: false}
-clearway:
-  ros__parameters:
-    rate: 20.0
-    clouds: {front: {topic: points}}
-"""
+GENERAL = "/**: {ros__parameters: {mission: m.toml, rate: 5.0}}"
+POINTS = "ros__parameters: {rate: 20.0, clouds.front.topic: points}"
+OWN = {
+    "own name": ("", "clearway: {ros__parameters: {rate: 20, clouds: {front: {topic: points}}}}"),
+    "full name": ("robot", f"/robot/clearway: {{{POINTS}}}"),
+    "nested": ("robot", f"robot: {{clearway: {{{POINTS}}}}}"),
+    "any depth": ("a/b", f"/**/clearway: {{{POINTS}}}"),
+    "one deep": ("a", f"/*/clearway: {{{POINTS}}}"),
+}
 
 
-def test_parameters_are_those_of_the_node(tmp_path) -> None:
+@pytest.mark.parametrize("form", OWN)
+def test_parameters_are_those_of_the_node(tmp_path, form: str) -> None:
+    namespace, own = OWN[form]
+    others = (
+        "other: {ros__parameters: {rate: 1.0}}\n/*/*/*/clearway: {ros__parameters: {rate: 2.0}}"
+    )
     path = tmp_path / "p.yaml"
-    path.write_text(PARAMETERS)
-    given = read_parameters(path)
+    path.write_text("\n".join([GENERAL, own, others]))
+    given = read_parameters(path, namespace=namespace)
     assert (given.rate, given.act, given.clouds["front"].topic) == (20.0, False, "points")
 
 
@@ -356,6 +363,11 @@ def test_parameters_are_those_of_the_node(tmp_path) -> None:
         ("/**: {ros__parameters: {own: {type: Pose}, mission: m}}", "own.type"),
         ("other: {ros__parameters: {mission: m}}", "no ros__parameters of /clearway"),
         ("&a [*a]", "no "),
+        ("/**: {ros__parameters: &a {mission: *a}}", "nested too deeply"),
+        (
+            "/**: {ros__parameters: {mission: m, set_points: [{topic: cmd_vel, type: Twist}]}}",
+            r"set_points: {first: {topic: cmd_vel, type: Twist}}",
+        ),
     ],
 )
 def test_parameters_that_are_wrong_are_named(tmp_path, text: str, problem: str) -> None:

@@ -1,13 +1,7 @@
-"""Real ROS 2, where there is one: `CLEARWAY_ROS_PYTHON` names a Python that has rclpy.
-
-As by pip install ros-kilted-rclpy ros-kilted-rmw-fastrtps-cpp ros-kilted-nav-msgs
-ros-kilted-sensor-msgs in an environment of its own; ros-jazzy-... for Jazzy.
-"""
+"""Nodes of real ROS 2, of each distribution that is there, heard without ROS."""
 
 from __future__ import annotations
 
-import os
-import subprocess
 import time
 from collections import Counter
 from pathlib import Path
@@ -19,23 +13,18 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from clearway.ros2.bus import SENSOR
 from clearway.ros2.dds import DdsBus
 from clearway.ros2.messages import unpacked
+from clearway.ros2.rclpy_bus import PROFILES
 from repository import REPOSITORY
-from ros2_for_tests import DOMAIN, LOOPBACK
+from ros2_for_tests import LOOPBACK
 from ros2_processes import all_ended
+from ros_pythons import NO_ROS, PYTHONS, ROS_DOMAIN, begun_in_ros
 
-PYTHON = os.environ.get("CLEARWAY_ROS_PYTHON", "")
 PROFILE = REPOSITORY / "examples" / "ros2" / "fast_dds.xml"
-ON_LOOPBACK = (
-    "<useBuiltinTransports>false</useBuiltinTransports>"
-    "<userTransports><transport_id>lo</transport_id></userTransports>"
+PEERS = (
     "<builtin><initialPeersList><locator><udpv4><address>127.0.0.1</address></udpv4></locator>"
     "</initialPeersList></builtin>"
 )
-TRANSPORT = (
-    "<transport_descriptors><transport_descriptor><transport_id>lo</transport_id><type>UDPv4</type>"
-    "<interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList></transport_descriptor>"
-    "</transport_descriptors>"
-)
+WHITE_LIST = "<interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>"
 KINDS = {"/odom": "nav_msgs/msg/Odometry", "/points": "sensor_msgs/msg/PointCloud2"}
 TALKER = """
 import time, rclpy
@@ -60,27 +49,24 @@ for number in range(300):
 
 pytestmark = [
     pytest.mark.nightly,
-    pytest.mark.skipif(not PYTHON, reason="CLEARWAY_ROS_PYTHON names no Python with rclpy"),
+    pytest.mark.skipif(not PYTHONS, reason=NO_ROS),
 ]
 
 
+@pytest.mark.parametrize("python", PYTHONS)
 def test_a_node_of_ros_is_heard_with_the_shipped_profile(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    python: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
     profile = PROFILE.read_text(encoding="utf-8")
-    profile = profile.replace("<profiles>", f"<profiles>{TRANSPORT}", 1)
-    (tmp_path / "profile.xml").write_text(profile.replace("<rtps>", f"<rtps>{ON_LOOPBACK}", 1))
-    surroundings = os.environ | {
-        "FASTDDS_DEFAULT_PROFILES_FILE": str(tmp_path / "profile.xml"),
-        "FASTRTPS_DEFAULT_PROFILES_FILE": str(tmp_path / "profile.xml"),
-        "ROS_DOMAIN_ID": str(DOMAIN + 3),
-    }
-    surroundings.pop("PYTHONPATH", None)
-    bus, heard = DdsBus(DOMAIN + 3), Counter[str]()
+    profile = profile.replace("<type>UDPv4</type>", f"<type>UDPv4</type>{WHITE_LIST}")
+    profile = profile.replace("<rtps>", f"<rtps>{PEERS}", 1)
+    (tmp_path / "profile.xml").write_text(profile)
+    given = dict.fromkeys(PROFILES, str(tmp_path / "profile.xml"))
+    bus, heard = DdsBus(ROS_DOMAIN), Counter[str]()
     for topic, kind in KINDS.items():
         bus.subscribe(topic, kind, SENSOR)
-    talker = subprocess.Popen([PYTHON, "-c", TALKER], env=surroundings, text=True)
+    talker = begun_in_ros(python, "-c", TALKER, **given)
     try:
         with all_ended(talker):
             ends = time.monotonic() + 60.0

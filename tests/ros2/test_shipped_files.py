@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
-import sys
-import types
-from collections import Counter
-from typing import Any
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -14,21 +15,16 @@ import pytest
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from ruamel.yaml import YAML
-from typer.main import get_command
 
-from clearway.cli.app import app
-from clearway.ros2.bus import LATCHED, SENSOR
+from clearway.cli import ros2_node
 from clearway.ros2.messages import ADDED
-from clearway.ros2.parameters import read_parameters
-from clearway.ros2.rclpy_bus import RclpyBus
+from clearway.ros2.parameter_file import read_parameters
 from repository import REPOSITORY
+from ros_pythons import PYTHONS
 
 FOLDER = REPOSITORY / "examples" / "ros2"
-
-
-def commands() -> dict[str, Any]:
-    found: dict[str, Any] = get_command(app).commands  # type: ignore[attr-defined]
-    return found
+NODES = FOLDER / "clearway_ros" / "clearway_ros" / "nodes.py"
+COLCONS = [Path(python).parent for python in PYTHONS]
 
 
 @pytest.mark.parametrize("name", ["params.yaml", "guard.yaml"])
@@ -38,14 +34,32 @@ def test_parameters_are_read(name: str) -> None:
     assert given.act is False
 
 
-def test_the_launch_file_begins_a_command_that_there_is() -> None:
-    tree = ast.parse((FOLDER / "clearway.launch.py").read_text())
-    compile(tree, "clearway.launch.py", "exec")
-    words = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
-    assert "clearway" in words
-    assert "ros2" in words
-    options = {name for one in commands()["ros2"].params for name in one.opts}
-    assert {word for word in words if str(word).startswith("--")} <= options
+@pytest.mark.nightly
+def test_colcon_builds_the_package(tmp_path: Path) -> None:
+    colcon = next((found for at in COLCONS if (found := at / "colcon").exists()), None)
+    if colcon is None:
+        pytest.skip("no colcon beside the Pythons of CLEARWAY_ROS_PYTHON: make nightly installs it")
+    shutil.copytree(FOLDER / "clearway_ros", tmp_path / "src" / "clearway_ros")
+    path = f"{colcon.parent}{os.pathsep}{os.environ['PATH']}"
+    subprocess.run([colcon, "build"], cwd=tmp_path, env=os.environ | {"PATH": path}, check=True)
+    installed = tmp_path / "install" / "clearway_ros"
+    assert {one.name for one in (installed / "lib" / "clearway_ros").iterdir()} == {
+        "clearway", "guard"
+    }  # fmt: skip
+    share = installed / "share"
+    assert (share / "ament_index" / "resource_index" / "packages" / "clearway_ros").exists()
+    assert (share / "clearway_ros" / "launch" / "clearway.launch.py").exists()
+    given = read_parameters(share / "clearway_ros" / "config" / "params.yaml")
+    assert given.mission.exists()
+
+
+def test_entry_points_are_functions_that_there_are() -> None:
+    names = re.findall(
+        r"^from clearway.cli.ros2_node import (.*)$", NODES.read_text(), re.MULTILINE
+    )
+    assert names
+    assert all(callable(getattr(ros2_node, name)) for name in names[0].split(", "))
+    ast.parse((FOLDER / "clearway_ros" / "launch" / "clearway.launch.py").read_text())
 
 
 def test_compose_starts_what_the_dockerfile_builds() -> None:
@@ -74,91 +88,3 @@ def test_our_message_is_the_one_that_is_read() -> None:
         read = [line.split() for line in text.splitlines()]
         assert [line for line in shipped if line] == [line for line in read if line]
         assert f"msg/{file.name}" in (FOLDER / "clearway_msgs" / "CMakeLists.txt").read_text()
-
-
-class StandIn:
-    """Of rclpy, as its sources of Humble have it: as much as is used."""
-
-    def __init__(self) -> None:
-        self.ready: list[tuple[Any, bytes]] = []
-        self.asked: list[tuple[Any, ...]] = []
-        self.sent: list[tuple[str, bytes]] = []
-        self.counts = Counter[str]()
-
-    def init(self, *, args: Any = None, signal_handler_options: Any = None) -> None:
-        self.asked.append(("init", args, signal_handler_options))
-
-    def create_node(self, name: str, *, namespace: str | None = None) -> Any:
-        self.asked.append(("node", name, namespace))
-        return self
-
-    def get_fully_qualified_name(self) -> str:
-        return "/robot/clearway"
-
-    def create_subscription(
-        self, kind: Any, topic: str, callback: Any, qos: Any, *, raw: bool
-    ) -> None:
-        self.asked.append(("hears", kind, topic, vars(qos), raw))
-        self.callback = callback
-
-    def create_publisher(self, kind: Any, topic: str, qos: Any) -> Any:
-        self.asked.append(("tells", kind, topic, vars(qos)))
-        stand_in = self
-
-        class Publisher:
-            def publish(self, message: Any) -> None:
-                assert isinstance(message, bytes), "serialised"
-                stand_in.sent.append((topic, message))
-
-        return Publisher()
-
-    def spin_once(self, node: Any, *, timeout_sec: float | None = None) -> None:
-        assert node is self
-        assert timeout_sec is not None, "it would wait for ever"
-        if self.ready:
-            callback, raw = self.ready.pop(0)
-            callback(raw)
-
-    def count_publishers(self, topic: str) -> int:
-        return len(topic)
-
-    def destroy_node(self) -> None:
-        self.asked.append(("destroyed",))
-
-    def try_shutdown(self) -> None:
-        self.asked.append(("shut down",))
-
-
-def test_topics_by_rclpy_as_far_as_a_stand_in_shows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """rclpy itself cannot be had here: this shows the calls, not that ROS takes them."""
-    rclpy = StandIn()
-    policies = {"RELIABLE": 1, "BEST_EFFORT": 2, "TRANSIENT_LOCAL": 3, "VOLATILE": 4}
-    modules: dict[str, Any] = {
-        "rclpy": rclpy,
-        "rclpy.qos": types.SimpleNamespace(
-            QoSProfile=types.SimpleNamespace,
-            ReliabilityPolicy=types.SimpleNamespace(**policies),
-            DurabilityPolicy=types.SimpleNamespace(**policies),
-        ),
-        "rclpy.signals": types.SimpleNamespace(SignalHandlerOptions=types.SimpleNamespace(NO=0)),
-        "sensor_msgs.msg": types.SimpleNamespace(PointCloud2="cloud"),
-        "std_msgs.msg": types.SimpleNamespace(String="string"),
-    }
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
-    bus = RclpyBus("clearway", "/robot")
-    assert rclpy.asked == [("init", [], 0), ("node", "clearway", "/robot")]
-    bus.subscribe("/points", "sensor_msgs/msg/PointCloud2", SENSOR)
-    bus.advertise("/said", "std_msgs/msg/String", LATCHED)
-    assert rclpy.asked[2:] == [
-        ("hears", "cloud", "/points", {"depth": 5, "reliability": 2, "durability": 4}, True),
-        ("tells", "string", "/said", {"depth": 1, "reliability": 1, "durability": 3}),
-    ]
-    rclpy.ready = [(rclpy.callback, b"one"), (rclpy.callback, bytearray(b"two"))]
-    assert [one.raw for one in bus.take()] == [b"one", b"two"]
-    assert not bus.take()
-    assert bus.publish("/said", b"raw")
-    assert rclpy.sent == [("/said", b"raw")]
-    bus.wait(0.1)
-    bus.close()
-    assert rclpy.asked[-2:] == [("destroyed",), ("shut down",)]

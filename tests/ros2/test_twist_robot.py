@@ -29,7 +29,8 @@ class TwistRobot:
     """Velocity and yaw rate follow what the last Twist says, in its own body."""
 
     def __init__(self, kind: str, yaw_rad: float) -> None:
-        self.bench = RosBench(AUTOMATA[kind], set_points=({"topic": "cmd_vel", "type": "Twist"},))
+        velocity = {"topic": "cmd_vel", "type": "Twist"}
+        self.bench = RosBench(AUTOMATA[kind], set_points={"velocity": velocity})
         self.place, self.yaw, self.velocity, self.rate = np.zeros(3), yaw_rad, np.zeros(3), 0.0
         self.now_s = 0.0
 

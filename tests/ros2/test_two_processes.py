@@ -26,7 +26,7 @@ PARAMETERS = f"""
     use_sim_time: true
     ground_m: -20.0
     clouds: {{front: {{topic: points}}}}
-    set_points: [{{topic: target, type: PositionTarget}}]
+    set_points: {{target: {{topic: target, type: PositionTarget}}}}
 """
 
 

@@ -51,7 +51,7 @@ PARAMETERS = """
     act: true
     ground_m: -20.0
     clouds: {{front: {{topic: points}}}}
-    set_points: [{{topic: target, type: {kind}}}]
+    set_points: {{target: {{topic: target, type: {kind}}}}}
 """
 STEP_S, CLOUD_S = 0.02, 0.1
 KINDS = {

@@ -167,13 +167,13 @@ class RosBench:
             "mission": Path("none.toml"),
             "act": True,
             "clouds": {"front": {"topic": "points"}},
-            "traffic": ({"topic": "adsb", "type": "TransponderReport"},),
-            "set_points": (
-                {"topic": "px4", "type": "TrajectorySetpoint"},
-                {"topic": "mavros", "type": "PositionTarget"},
-                {"topic": "cmd_vel", "type": "Twist"},
-                {"topic": "follow", "type": "Path"},
-            ),
+            "traffic": {"adsb": {"topic": "adsb", "type": "TransponderReport"}},
+            "set_points": {
+                "px4": {"topic": "px4", "type": "TrajectorySetpoint"},
+                "mavros": {"topic": "mavros", "type": "PositionTarget"},
+                "velocity": {"topic": "cmd_vel", "type": "Twist"},
+                "follow": {"topic": "follow", "type": "Path"},
+            },
             "ground_m": -50.0,
         }
         self.parameters = NodeParameters.model_validate(given | parameters)

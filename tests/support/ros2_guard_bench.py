@@ -27,12 +27,12 @@ from ros2_for_tests import BEGAN_S, LIDAR, LocalBus, odometry, transform
 WALL = ObstacleMap([Obstacle.cuboid([3.0, 0.0, 0.0], (1.0, 9.0, 9.0))])
 """From x = 2.5 on."""
 NOWHERE = ObstacleMap([])
-EVERY = (
-    {"topic": "cmd_vel", "type": "Twist"},
-    {"topic": "stamped", "type": "TwistStamped", "frame": "map"},
-    {"topic": "mavros", "type": "PositionTarget"},
-    {"topic": "px4", "type": "TrajectorySetpoint"},
-)
+EVERY = {
+    "body": {"topic": "cmd_vel", "type": "Twist"},
+    "map": {"topic": "stamped", "type": "TwistStamped", "frame": "map"},
+    "mavros": {"topic": "mavros", "type": "PositionTarget"},
+    "px4": {"topic": "px4", "type": "TrajectorySetpoint"},
+}
 
 
 def twist(x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: float = 0.0) -> Any:

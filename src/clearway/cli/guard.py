@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,12 +14,12 @@ from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard, told_by
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import BUS_CHECK_S, bus_for, refuse_unusable
+from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, open_node, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.guard.guard_session import GuardSession
-    from clearway.live.link.loop import Loop
-    from clearway.ros2.bus import TopicBus
+    from clearway.live.link.loop import Loop, LoopReport, OnOutcome, Stop
+    from clearway.ros2.node import NodeKind, NodeRun
 
 ASKED_S = 10.0
 """For so long --check listens to an autopilot, which takes its time to tell its parameters."""
@@ -81,9 +82,11 @@ def guard(
     """Let commands pass while a way out is behind them, else fly the nearest that is safe."""
     listens_s = BUS_CHECK_S if connect is None else ASKED_S
     lasts = listens_s if check and duration is None else duration
+    node: NodeRun | _MavlinkNode
     if connect is None:
         refuse_unusable(backend, bag)
-        loop, link = _on_topics(what, bag, backend, domain, namespace, remap or (), check=check)
+        bus = BusOptions(bag, backend, domain, namespace, remap or ())
+        node = open_node(guard_kind(), Path(what), bus, check=check, hand=hand)
     else:
         from clearway.base.errors import InputError
 
@@ -112,71 +115,64 @@ def guard(
             hold_s=hold_s,
             acceleration_mps2=acceleration_mps2,
         )
-        loop, link = _on_mavlink(what, options, terms)
-    session: GuardSession = link.session if connect is None else link.session.core
-    with closing(link):
-        _begin_hand(loop, link, signing_key, wanted=hand, on_mavlink=connect is not None)
-        over = partial(getattr, getattr(link, "bus", None), "ended", False)
+        node = _on_mavlink(what, options, terms, signing_key, hand=hand)
+    with closing(node):
+        over = partial(getattr, getattr(node.link, "bus", None), "ended", False)
         with stop_rule(lasts, ended=over) as stop:
-            report = loop.run(stop, GuardWatch().show)
+            report = node.run(stop, GuardWatch().show)
+        link: Any = node.link
+        if link is None:
+            say("never configured: nothing was guarded")
+            leave(NOT_REACHED)
+        session: GuardSession = link.session if connect is None else link.session.core
         result = summarize_guard(session, report) | told_by(link)
         missing = link.missing() if check or connect is None else []
+        relieved = (link if connect is None else link.autopilot).handing.hand.relieved
     if as_json:
         print_json(sourced(result | {"missing": missing}))
     else:
         print(describe_guard(result))
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
-    if missing if check else not result["wishes"]:
+    if missing if check else relieved or not result["wishes"]:
         leave(NOT_REACHED)
 
 
-def _begin_hand(
-    loop: Loop, link: Any, signing_key: Path | None, *, wanted: bool, on_mavlink: bool
-) -> None:
-    if on_mavlink:
-        from clearway.mavlink.hand import begin_mavlink_hand
-
-        over = link.autopilot
-        begin_mavlink_hand(loop, over, key=signing_key, wanted=wanted, log=None, notice=say)
-    else:
-        from clearway.ros2.hand import TopicEncoding, begin_ros2_hand
-
-        begin_ros2_hand(loop, TopicEncoding(link), wanted=wanted, notice=say)
-
-
-def _on_topics(
-    what: str,
-    bag: Path | None,
-    backend: str,
-    domain: int | None,
-    namespace: str,
-    remap: list[str] | tuple[()],
-    *,
-    check: bool,
-) -> tuple[Loop, Any]:
-    from clearway.ros2.parameters import Names, read_parameters
+def guard_kind() -> NodeKind:
+    """The node that guards wishes."""
+    from clearway.ros2.node import NodeKind
     from clearway.ros2.setup import set_up_ros2_guard
 
-    given = read_parameters(Path(what), namespace=namespace)
-    changed: dict[str, object] = {"act": False} if check else {}
-    if bag is not None:
-        changed["use_sim_time"] = True
-    if "rate" not in given.model_fields_set:
-        changed["rate"] = 20.0
-
-    def open_bus() -> TopicBus:
-        return bus_for(bag, backend, domain, namespace)
-
-    return set_up_ros2_guard(
-        given.model_copy(update=changed), Names(namespace, remap=remap), open_bus, say
-    )
+    return NodeKind(set_up_ros2_guard, {"rate": 20.0}, without=("px4", "goal", "path"))
 
 
-def _on_mavlink(what: str, options: Any, terms: Any) -> tuple[Loop, Any]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _MavlinkNode:
+    """A `ros2.node.NodeRun` on MAVLink."""
+
+    loop: Loop
+    link: Any
+    key: Path | None
+    hand: bool
+
+    def run(self, stop: Stop, on_outcome: OnOutcome) -> LoopReport:
+        from clearway.mavlink.hand import begin_mavlink_hand
+
+        over = self.link.autopilot
+        begin_mavlink_hand(self.loop, over, key=self.key, wanted=self.hand, log=None, notice=say)
+        return self.loop.run(stop, on_outcome)
+
+    def close(self) -> None:
+        self.link.close()
+
+
+def _on_mavlink(
+    what: str, options: Any, terms: Any, key: Path | None, *, hand: bool
+) -> _MavlinkNode:
     from clearway.mavlink.dialect import dialect
     from clearway.mavlink.guard_link import set_up_mavlink_guard
     from clearway.missions.mission_file import read_mission_file
 
     dialect()
-    return set_up_mavlink_guard(read_mission_file(what, say), options, terms, say)
+    loop, link = set_up_mavlink_guard(read_mission_file(what, say), options, terms, say)
+    return _MavlinkNode(loop, link, key, hand)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -13,10 +13,7 @@ from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
 from clearway.cli.ros2 import NodeWatch, describe_node, summarize_node
-from clearway.cli.ros2_bus import BUS_CHECK_S, bus_for, refuse_unusable
-
-if TYPE_CHECKING:
-    from clearway.ros2.bus import TopicBus
+from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, refuse_unusable
 
 
 def px4(
@@ -44,7 +41,8 @@ def px4(
     from clearway.px4.hand import ModeEncoding
     from clearway.px4.setup import set_up_px4, set_up_px4_guard
     from clearway.ros2.hand import begin_ros2_hand
-    from clearway.ros2.parameters import Names, read_parameters
+    from clearway.ros2.parameter_file import read_parameters
+    from clearway.ros2.parameters import Names
 
     refuse_unusable(backend, None)
     given = read_parameters(parameters, namespace=namespace)
@@ -53,9 +51,7 @@ def px4(
         changed["rate"] = 20.0
     given = given.model_copy(update=changed)
 
-    def open_bus() -> TopicBus:
-        return bus_for(None, backend, domain, namespace)
-
+    open_bus = BusOptions(None, backend, domain, namespace).open
     set_up: Any = set_up_px4_guard if guard else set_up_px4
     loop, link = set_up(given, Names(namespace, remap=remap or ()), open_bus, say)
     watch = GuardWatch() if guard else NodeWatch()
@@ -64,7 +60,7 @@ def px4(
         lasts = BUS_CHECK_S if check else duration
         with stop_rule(lasts, arrival=end_on_arrival) as stop:
             report = loop.run(stop, watch.show)
-        missing, is_over = link.missing(), link.is_forgotten or link.handing.hand.relieved
+        missing, is_over = link.missing(), link.is_forgotten or link.is_relieved
         if guard:
             result = summarize_guard(link.session, report) | told_by(link)
             words = describe_guard(result)

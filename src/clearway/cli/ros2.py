@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,13 +15,12 @@ from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.flight_time import FlightTime
 from clearway.cli.live_ends import stop_rule
 from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
-from clearway.cli.ros2_bus import BUS_CHECK_S, bus_for, refuse_unusable
+from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, open_node, refuse_unusable
 
 if TYPE_CHECKING:
     from clearway.live.link.loop import LoopReport
     from clearway.live.link.outcome import TickOutcome
-    from clearway.ros2.bus import TopicBus
-    from clearway.ros2.ros2_link import Ros2Link
+    from clearway.ros2.node import NodeKind
 
 
 def ros2(
@@ -43,41 +43,38 @@ def ros2(
     ] = False,
 ) -> None:
     """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
-    from clearway.ros2.hand import TopicEncoding, begin_ros2_hand
-    from clearway.ros2.parameters import Names, read_parameters
-    from clearway.ros2.setup import set_up_ros2
-
     refuse_unusable(backend, bag)
-    given = read_parameters(parameters, namespace=namespace)
-    if check:
-        given = given.model_copy(update={"act": False})
-    if bag is not None:
-        given = given.model_copy(update={"use_sim_time": True})
-    names = Names(namespace, remap=remap or ())
-
-    def open_bus() -> TopicBus:
-        return bus_for(bag, backend, domain, namespace)
-
-    loop, link = set_up_ros2(given, names, open_bus, say)
-    try:
-        begin_ros2_hand(loop, TopicEncoding(link), wanted=hand, notice=say)
-        lasts = BUS_CHECK_S if check else duration
-        over = partial(getattr, link.bus, "ended", False)
-        with stop_rule(lasts, arrival=end_on_arrival, ended=over) as stop:
-            report = loop.run(stop, NodeWatch().show)
+    options = BusOptions(bag, backend, domain, namespace, remap or ())
+    node = open_node(route_kind(), parameters, options, check=check, hand=hand)
+    with closing(node):
+        over = partial(getattr, getattr(node.link, "bus", None), "ended", False)
+        with stop_rule(
+            BUS_CHECK_S if check else duration, arrival=end_on_arrival, ended=over
+        ) as stop:
+            report = node.run(stop, NodeWatch().show)
+        link = node.link
+        if link is None:
+            say("never configured: nothing was decided")
+            leave(NOT_REACHED)
         result, missing = summarize_node(link, report), link.missing()
         words = describe_node(result, link)
-    finally:
-        link.close()
     if as_json:
         print_json(sourced(result | {"missing": missing}))
     else:
         print(words)
         if check:
             print("\n".join(["missing:", *missing]) if missing else "all is there")
-    good = not missing if check else bool(result["decisions"])
-    if not good or (given.act and end_on_arrival and not result["reached"]):
+    good = not missing if check else bool(result["decisions"]) and not link.is_relieved
+    if not good or (link.parameters.act and end_on_arrival and not result["reached"]):
         leave(NOT_REACHED)
+
+
+def route_kind() -> NodeKind:
+    """The node that flies a mission."""
+    from clearway.ros2.node import NodeKind
+    from clearway.ros2.setup import set_up_ros2
+
+    return NodeKind(set_up_ros2, without=("guard", "px4"))
 
 
 class NodeWatch:
@@ -105,7 +102,7 @@ class NodeWatch:
             print(f"{at}  {outcome.state}{why}{doing}", file=sys.stderr, flush=True)
 
 
-def summarize_node(link: Ros2Link, report: LoopReport) -> dict[str, Any]:
+def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
     from clearway.io.json_values import rounded
 
     system = link.session.system
@@ -143,7 +140,7 @@ def _reached(result: dict[str, Any]) -> str:
     return f"{'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} waypoints"
 
 
-def describe_node(result: dict[str, Any], link: Ros2Link) -> str:
+def describe_node(result: dict[str, Any], link: Any) -> str:
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
         f"reached    {_reached(result)}; the link at the end: {result['state']}",

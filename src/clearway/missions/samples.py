@@ -138,7 +138,7 @@ NODE = """\
 GUARDED = f"""{NODE}\
     guard: {{topic: cmd_vel_in, type: Twist, hold_s: 0.5}}
     set_points:
-      - {{topic: cmd_vel, type: Twist}}
+      velocity: {{topic: cmd_vel, type: Twist}}
 """
 VOLUMES = """\
 [[volume]]

@@ -57,7 +57,7 @@ class ModeEncoding(TopicEncoding):
         if not points:
             return []  # PX4 may not have given the mode a number yet.
         link = self.link
-        (topic,) = link.parameters.set_points
+        (topic,) = link.parameters.set_points.values()
         raws = [
             link.in_local_frame(self._message(topic, point, time_s)) for time_s, point in points
         ]

@@ -67,7 +67,7 @@ def set_up_px4_guard(
     setup = _node(parameters, notice)
     faces = Faces(_release(parameters.px4, open_bus, notice), notice)
     parameters = _facing(parameters, faces.release)
-    if names(given.topic) in [names(one.topic) for one in parameters.set_points]:
+    if names(given.topic) in [names(one.topic) for one in parameters.set_points.values()]:
         raise InputError(
             "guard.topic", f"{names(given.topic)} is PX4's own: command another topic, such as "
             "/clearway/trajectory_setpoint"
@@ -104,7 +104,7 @@ def _facing(parameters: NodeParameters, release: Release) -> NodeParameters:
     """Parameters that send what is flown to PX4."""
     topic = parameters.px4.prefix.rstrip("/") + release.topic("TrajectorySetpoint")
     point = SetPointParameters(topic=topic, type="TrajectorySetpoint")
-    return parameters.model_copy(update={"set_points": (point,)})
+    return parameters.model_copy(update={"set_points": {"px4": point}})
 
 
 def _release(given: Px4Parameters, open_bus: OpenBus, notice: Notice) -> Release:

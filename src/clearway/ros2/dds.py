@@ -165,6 +165,10 @@ class DdsBus:
         """How many others hear a topic that is published."""
         return len(self._writers[topic].get_matched_subscriptions())
 
+    def resolved(self, topic: str) -> str:
+        """A topic as it is named here."""
+        return topic
+
     def wait(self, seconds: float) -> None:
         if self._waitset is None or seconds <= 0.0:
             threading.Event().wait(max(0.0, seconds))

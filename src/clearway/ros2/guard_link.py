@@ -67,8 +67,8 @@ class GuardLink(TopicLink[GuardSession]):
         return replace(outcome, notes=(*outcome.notes, *self.news()))
 
     def _tell_set_point(self, outcome: TickOutcome) -> None:
-        if outcome.set_point is not None and self.parameters.act:
-            for one in self.parameters.set_points:
+        if outcome.set_point is not None and self.session.terms.act:
+            for one in self.parameters.set_points.values():
                 self.publish(one.topic, self._message(one, outcome, outcome.set_point))
 
     def _message(self, one: SetPointParameters, outcome: TickOutcome, point: SetPoint) -> Any:
@@ -90,9 +90,9 @@ class GuardLink(TopicLink[GuardSession]):
 
     def _farewell(self) -> None:
         """To hold, where the vehicle was led."""
-        last = self.session.farewell() if self.parameters.act else None
+        last = self.session.farewell() if self.session.terms.act else None
         if last is None:
             return
         time_s = self.session.clock.now(time.monotonic())
-        for one in self.parameters.set_points:
+        for one in self.parameters.set_points.values():
             self.publish(one.topic, self.set_point_message(one, last, time_s))

@@ -46,7 +46,7 @@ class TopicEncoding:
         link = self.link
         told_on = [
             (link.names(one.topic), SET_POINT_KINDS[one.type], USUAL)
-            for one in link.parameters.set_points
+            for one in link.parameters.set_points.values()
         ]
         return [*told_on, DIAGNOSTICS]
 
@@ -59,7 +59,7 @@ class TopicEncoding:
         return Encoding(self.set_points, self.says)
 
     def set_points(self, points: Sequence[tuple[float, SetPoint]]) -> list[tuple[Packet, ...]]:
-        topics = self.link.parameters.set_points
+        topics = self.link.parameters.set_points.values()
         return [
             tuple(
                 Packet(channel, pack_message(self._message(one, point, time_s)))
@@ -95,16 +95,17 @@ def begin_ros2_hand(loop: Loop, way: TopicEncoding, *, wanted: bool, notice: Not
     why_none = (
         (TURNED_OFF, not wanted),
         (NO_SIMULATED_TIME, loop.session.terms.speedup is None),
-        (NO_BUS, not isinstance(bus, DdsBus | RclpyBus)),
     )
     none = next((why for why, holds in why_none if holds), None)
-    if none is not None:
-        notice(none)
+    if none is not None or not isinstance(bus, DdsBus | RclpyBus):
+        notice(none or NO_BUS)
         return
     sender = {
         "domain": getattr(bus, "domain", None),
         "namespace": getattr(bus, "namespace", None),
-        "topics": [(topic, kind, astuple(quality)) for topic, kind, quality in way.topics()],
+        "topics": [
+            (bus.resolved(topic), kind, astuple(quality)) for topic, kind, quality in way.topics()
+        ],
         **way.more(),
     }
     hand = SecondProcess.start(way.module, sender, (), loop.longest_s, log=None, notice=notice)

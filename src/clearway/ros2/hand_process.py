@@ -37,7 +37,7 @@ def open_topics(given: dict[str, Any]) -> TopicSender:
 def open_end(given: dict[str, Any]) -> TopicBus:
     """An end of the bus of its own, ready to publish."""
     domain, namespace = given["domain"], given["namespace"]
-    bus: TopicBus = RclpyBus(NODE, namespace) if domain is None else DdsBus(domain)
+    bus: TopicBus = RclpyBus.on_own_node(NODE, namespace) if domain is None else DdsBus(domain)
     for topic, kind, quality in given["topics"]:
         with suppress(MissingMessageError):  # Diagnostics: set-points the first process has too.
             bus.advertise(topic, kind, Quality(*quality))

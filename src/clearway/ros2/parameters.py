@@ -1,4 +1,4 @@
-"""Parameters of the node, from the YAML file that ROS 2 users know."""
+"""Parameters of the node: their names, types, defaults and bounds."""
 
 from __future__ import annotations
 
@@ -6,13 +6,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
 
-from clearway.base.errors import InputError, MissingExtraError
+from clearway.base.errors import InputError
 from clearway.io.scans.optical import Axes
 
 NODE = "clearway"
-MOST_BYTES = 1 << 20
+OWN_WORDS = "Value error, "
+"""What pydantic writes before our own words."""
 
 
 class ParameterSection(BaseModel):
@@ -101,8 +109,12 @@ class NodeParameters(ParameterSection):
     own: OwnParameters = OwnParameters()
     clouds: dict[str, CloudParameters] = {}
     """By the names of the mission's sensors."""
-    traffic: tuple[TrafficParameters, ...] = Field(default=(), strict=False)
-    set_points: tuple[SetPointParameters, ...] = Field(default=(), strict=False)
+    traffic: dict[str, TrafficParameters] = {}
+    """By names of the user's choice: ROS knows no lists of maps."""
+    set_points: dict[str, SetPointParameters] = {}
+    """By names of the user's choice."""
+    autostart: bool = True
+    """With rclpy: whether the node configures and activates itself at the start."""
     guard: GuardParameters = GuardParameters()
     """Of `clearway guard` and `clearway px4 --guard` alone."""
     px4: Px4Parameters = Px4Parameters()
@@ -112,45 +124,34 @@ class NodeParameters(ParameterSection):
     path: str = "path_in"
     """Topic of a nav_msgs/Path: goals in place of the mission."""
 
+    @field_validator("traffic", "set_points", mode="before")
+    @classmethod
+    def _refuse_lists(cls, given: object, info: ValidationInfo) -> object:
+        if isinstance(given, list | tuple):
+            one = next((each for each in given if isinstance(each, dict)), {})
+            pairs = ", ".join(f"{key}: {value}" for key, value in one.items())
+            raise ValueError(
+                f"is a list of maps, which ROS cannot read: give each a name, as in "
+                f"{info.field_name}: {{first: {{{pairs}}}}}"
+            )
+        return given
 
-def read_parameters(path: Path, node: str = NODE, namespace: str = "") -> NodeParameters:
-    """Of a node, by its full name, its own name, or for all (`/**`); InputError names what is wrong
-    with them."""
-    try:
-        from ruamel.yaml import YAML
-        from ruamel.yaml.error import YAMLError
-    except ImportError as cause:
-        raise MissingExtraError("reading ROS 2 parameters", "ros2") from cause
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise InputError(str(path), f"is no parameter file: more than {MOST_BYTES} bytes")
-        tree = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
-    except OSError as cause:
-        raise InputError(str(path), f"cannot be read: {cause.strerror or cause}") from cause
-    except (YAMLError, UnicodeDecodeError, ValueError, RecursionError) as cause:
-        first = str(cause).strip().splitlines()[0] if str(cause) else type(cause).__name__
-        raise InputError(str(path), f"no YAML: {first}") from cause
-    found: dict[str, Any] = {}
-    full = f"{namespace.rstrip('/')}/{node}"
-    for name in ("/**", node, full):
-        section = tree.get(name) if isinstance(tree, Mapping) else None
-        values = section.get("ros__parameters") if isinstance(section, Mapping) else None
-        if isinstance(values, Mapping):
-            found |= {str(key): value for key, value in values.items()}
-    if not found:
-        raise InputError(str(path), f"no ros__parameters of {full}, {node} or /**")
+
+def parameters_of(found: Mapping[str, Any], folder: Path) -> NodeParameters:
+    """Return parameters of nested values; a mission lies beside `folder`'s files, or where it says.
+
+    Raises ValidationError.
+    """
     if isinstance(found.get("mission"), str):
-        beside = path.parent / found["mission"]
-        found["mission"] = beside if beside.exists() else Path(found["mission"])
-    try:
-        return NodeParameters.model_validate(found)
-    except ValidationError as refused:
-        raise InputError(str(path), _problems(refused)) from refused
+        beside = folder / found["mission"]
+        found = {**found, "mission": beside if beside.exists() else Path(found["mission"])}
+    return NodeParameters.model_validate(found)
 
 
-def _problems(refused: ValidationError) -> list[str]:
+def list_problems(refused: ValidationError) -> list[str]:
+    """Name each value that is refused, and why."""
     return [
-        f"{'.'.join(str(part) for part in error['loc'])}: {error['msg']}"
+        f"{'.'.join(str(part) for part in error['loc'])}: {error['msg'].removeprefix(OWN_WORDS)}"
         for error in refused.errors(include_url=False, include_input=False)
     ]
 

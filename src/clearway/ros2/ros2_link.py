@@ -92,9 +92,9 @@ class Ros2Link(TopicLink[Session]):
 
     def _tell_set_point(self, point: SetPoint | None, time_s: float) -> None:
         given = self.parameters
-        if point is None or not given.act:
+        if point is None or not self.session.terms.act:
             return
-        for one in given.set_points:
+        for one in given.set_points.values():
             self.publish(one.topic, self.set_point_message(one, point, time_s))
 
     def end(self, *, crashed: bool = False) -> None:
@@ -102,5 +102,5 @@ class Ros2Link(TopicLink[Session]):
 
     def _farewell(self) -> None:
         """To hold, where the vehicle was led."""
-        last = self.session.farewell() if self.parameters.act else None
+        last = self.session.farewell() if self.session.terms.act else None
         self._tell_set_point(last, self.session.clock.now(time.monotonic()))

@@ -30,7 +30,7 @@ from clearway.sensors import Lidar
 
 L = TypeVar("L", bound=Link)
 LidarsOf = Callable[[MissionFile, FlightSetup], dict[str, Lidar]]
-CMD_VEL = (SetPointParameters(topic="cmd_vel", type="Twist"),)
+CMD_VEL = {"velocity": SetPointParameters(topic="cmd_vel", type="Twist")}
 """What a guardian publishes where nothing else is said."""
 
 
@@ -96,7 +96,7 @@ def set_up_ros2_guard(
     given = parameters.guard
     if not parameters.set_points:
         parameters = parameters.model_copy(update={"set_points": CMD_VEL})
-    if names(given.topic) in [names(one.topic) for one in parameters.set_points]:
+    if names(given.topic) in [names(one.topic) for one in parameters.set_points.values()]:
         raise InputError("guard.topic", f"{names(given.topic)} is what the guardian publishes")
     setup = NodeSetup.of(parameters, notice)
     guardian = setup.flight.guardian(given.hold_s, given.acceleration_mps2)

@@ -105,7 +105,7 @@ class TopicLink(TopicTeller[S]):
             take = self._cloud_taker(name, cloud)
             quality = replace(SENSOR, reliable=cloud.reliable)
             found.append(Heard(names(cloud.topic), kind, quality, take, True))
-        for one in given.traffic:
+        for one in given.traffic.values():
             take = self._take_aircraft if one.type == "Aircraft" else self._take_traffic
             found.append(Heard(names(one.topic), TRAFFIC_KINDS[one.type], SENSOR, take))
         return found
@@ -120,6 +120,11 @@ class TopicLink(TopicTeller[S]):
     def more_heard(self) -> list[Heard]:
         """Topics of one kind of node alone."""
         return []
+
+    @property
+    def is_relieved(self) -> bool:
+        """Whether the second process has taken over for good."""
+        return self.handing.hand.relieved
 
     # --- in -------------------------------------------------------------------------------
 

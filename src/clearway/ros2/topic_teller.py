@@ -56,7 +56,7 @@ class TopicTeller(Generic[S]):
         """Topics, kinds and qualities of what is published."""
         given = self.parameters
         told = [*self.told_always, DIAGNOSTICS]
-        set_points = given.set_points if given.act else ()
+        set_points = given.set_points.values() if given.act else ()
         return told + [(one.topic, SET_POINT_KINDS[one.type], USUAL) for one in set_points]
 
     def diagnose(self, outcome: TickOutcome, wall_s: float, words: str = "") -> None:

@@ -1,0 +1,1 @@
+"""The nodes of clearway in ROS 2."""
