@@ -26,8 +26,6 @@ MOST_LEAD_S = 0.25
 """How far ahead of the vehicle, or beside it, a place is at most, at its own speed."""
 CATCHES_UP_S = 0.7
 """How far ahead a vehicle is led for every m/s by which it is slower than its own speed."""
-MOST_STEP_MPS = 0.6
-"""By which a velocity without an acceleration is faster than the vehicle: more overshoots."""
 TILTS_S = 0.4
 """Before its own speed an acceleration ends: vehicles tilt back late."""
 HOLDS = 3
@@ -117,14 +115,11 @@ class SetPoint:
             slower = max(0.0, speed_mps - flown)
             most_m = CATCHES_UP_S * slower + asked * age_s
             ahead = ahead - max(0.0, float(ahead @ along) - most_m) * along
-            if faster is None:
-                velocity = along * min(asked, flown + MOST_STEP_MPS)
-                most_m = CATCHES_UP_S * slower if asked < flown + MOST_STEP_MPS else 0.0
-            else:
+            if faster is not None:
                 faster = faster - max(0.0, float(faster @ along) - slower / TILTS_S) * along
         apart, lead_m = measure_length(ahead), speed_mps * (MOST_LEAD_S + age_s)
         place = own_m + ahead * min(1.0, lead_m / max(apart, 1e-9))
-        return replace(self, position_m=place, velocity_mps=velocity, acceleration_mps2=faster)
+        return replace(self, position_m=place, acceleration_mps2=faster)
 
     def above(self, floor_m: float, own_m: FloatArray) -> SetPoint:
         """No lower than a height, and on the way down there no faster than can be stopped.
