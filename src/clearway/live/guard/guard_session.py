@@ -22,8 +22,9 @@ from clearway.live.link.own_motion import OwnMotion
 from clearway.live.link.set_point import SetPoint
 from clearway.sensors import Lidar
 
-OFF_HAND_S = 1.0
-"""At the own speed: farther off what is in hand, nobody flies it."""
+OFF_HAND_S, MOST_LEAD_S = 1.0, 0.3
+"""At the own speed: farther off what is in hand, nobody flies it; and how far ahead of the vehicle
+set-points are at most."""
 NO_GOALS = np.zeros((0, 3))
 NO_PLACE = "wish: no own place yet"
 
@@ -177,7 +178,7 @@ class GuardSession(Hearing):
         return off > OFF_HAND_S * self.speed_mps
 
     def _leading(self, guarded: Guarded | None, now: float) -> SetPoint | None:
-        if self._own is None or self.motion is None:
+        if self._own is None:
             return None
         if guarded is not None and guarded.is_velocity:
             return guarded.set_point
@@ -187,8 +188,7 @@ class GuardSession(Hearing):
         if ahead is None:
             return None
         age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
-        own_m, own_mps = self._own.position_m, self.motion.velocity_mps
-        return ahead.within_speed(own_m, own_mps, self.speed_mps, age_s)
+        return ahead.led_by_at_most(self._own.position_m, self.speed_mps * (MOST_LEAD_S + age_s))
 
     def _escape_lasts_s(self) -> float | None:
         begins_s = self._now_s + self.terms.lead_s

@@ -108,8 +108,7 @@ class Guardian:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
         self._escapes = escapes
         self.hold_s = hold_s
-        self._brakes = find_braking(planner, acceleration_mps2)
-        self.acceleration_mps2, self.braking = self._brakes.acceleration_mps2, self._brakes.why
+        self.acceleration_mps2, self.braking = find_braking(planner, acceleration_mps2)
         """Of the vehicle, and in words where that is from."""
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
@@ -335,9 +334,7 @@ class Guardian:
         asked = self.held.reference_at(own_s)
         if asked is not None:
             return SetPoint.of_reference(asked)
-        state, _ = self.held.at(own_s)
-        # A vehicle that answers late is told early.
-        _, velocity = self.held.at(own_s + self._brakes.late_s)
+        state, velocity = self.held.at(own_s)
         return SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
 
     def let_go(self) -> None:
@@ -362,7 +359,7 @@ class Guardian:
         self, wish: Wish, state: State, velocity: FloatArray, around: Situation
     ) -> tuple[Leg, Checked]:
         automaton = self.planner.automaton
-        leg = leg_of(wish, state, velocity, automaton, self.hold_s, self._brakes)
+        leg = leg_of(wish, state, velocity, automaton, self.hold_s, self.acceleration_mps2)
         if not automaton.can_stop and not wish.fastest_mps > 0.0:
             return leg, Checked("stands still, which the vehicle cannot", math.nan)
         # Where there was none, there is none a moment later, until more has been seen.
@@ -468,8 +465,7 @@ class Guardian:
     def _replaced(self, now: float, now_s: float, decision: Decision | None) -> Guarded:
         held = self.held
         assert held is not None  # A decision always ends in something to fly.
-        state, _ = held.at(now)
-        _, velocity = held.at(now + self._brakes.late_s)
+        state, velocity = held.at(now)
         soon, _ = held.at(now + 0.1)
         turned = float(soon.attitude_rad[2] - state.attitude_rad[2]) / 0.1
         point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))

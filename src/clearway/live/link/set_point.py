@@ -22,12 +22,6 @@ PULL_PER_S, MOST_PULL = 1.0, 0.3
 in own speeds."""
 TURN_PER_S, MOST_TURN_RPS = 1.5, 1.0
 """The same of its nose, for every radian."""
-MOST_LEAD_S = 0.25
-"""How far ahead of the vehicle, or beside it, a place is at most, at its own speed."""
-CATCHES_UP_S = 0.7
-"""How far ahead a vehicle is led for every m/s by which it is slower than its own speed."""
-TILTS_S = 0.4
-"""Before its own speed an acceleration ends: vehicles tilt back late."""
 HOLDS = 3
 """How often a last set-point to hold is sent: one may get lost."""
 
@@ -100,26 +94,13 @@ class SetPoint:
         turn = min(max(turn, -MOST_TURN_RPS), MOST_TURN_RPS)
         return self.velocity_mps + pull, self.yaw_rate_rps + turn
 
-    def within_speed(
-        self, own_m: FloatArray, own_mps: FloatArray, speed_mps: float, age_s: float
-    ) -> SetPoint:
-        """Return what a vehicle follows from where it is without flying faster than its own speed.
-
-        own_m, own_mps: [3] where it was and how fast, `age_s` ago. Autopilots chase a place ahead
-        at about 1 m/s for every metre, beside the velocity, and overshoot what changes at once.
-        """
-        ahead, velocity, faster = self.position_m - own_m, self.velocity_mps, self.acceleration_mps2
-        if velocity is not None:
-            asked, flown = measure_length(velocity), measure_length(own_mps)
-            along = velocity / max(asked, 1e-9)
-            slower = max(0.0, speed_mps - flown)
-            most_m = CATCHES_UP_S * slower + asked * age_s
-            ahead = ahead - max(0.0, float(ahead @ along) - most_m) * along
-            if faster is not None:
-                faster = faster - max(0.0, float(faster @ along) - slower / TILTS_S) * along
-        apart, lead_m = measure_length(ahead), speed_mps * (MOST_LEAD_S + age_s)
-        place = own_m + ahead * min(1.0, lead_m / max(apart, 1e-9))
-        return replace(self, position_m=place, acceleration_mps2=faster)
+    def led_by_at_most(self, own_m: FloatArray, lead_m: float) -> SetPoint:
+        """No farther ahead of the vehicle than that: autopilots chase what is far away, fast."""
+        ahead = self.position_m - own_m
+        apart = float(np.linalg.norm(ahead))
+        if apart <= lead_m:
+            return self
+        return replace(self, position_m=own_m + ahead * (lead_m / apart))
 
     def above(self, floor_m: float, own_m: FloatArray) -> SetPoint:
         """No lower than a height, and on the way down there no faster than can be stopped.
