@@ -433,7 +433,7 @@ def test_files_of_the_standard_campaign_are_looked_for_where_they_stand() -> Non
 def test_bad_requests_end_with_2_and_leave_nothing(small: Path, tmp_path: Path) -> None:
     (tmp_path / "r.parquet").write_text("no parquet")
     for arguments, said in (
-        (("swamp",), "quick, standard"),
+        (("swamp",), "quick, rain, standard"),
         ((small, "--replay", "several/best/0"), "several/clearway/0"),
     ):
         done = run(*arguments, cwd=tmp_path)

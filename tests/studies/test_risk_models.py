@@ -16,7 +16,7 @@ from clearway.studies.risk.entry import Shells
 from clearway.studies.risk.fit import fit_height, is_slow
 from clearway.studies.risk.flight import STRAIGHT, Separation, separation_of
 from clearway.studies.risk.many import read_models, study_models, summarize_models
-from clearway.studies.risk.model_tables import FORMS, write_tables
+from clearway.studies.risk.model_tables import FORMS, write_model_tables
 from clearway.studies.risk.nuisance import compute_nuisance
 from clearway.studies.risk.ratios import effective_number
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
@@ -236,7 +236,7 @@ def test_every_model_of_a_folder_is_flown_and_goes_on_from_its_journal(tmp_path)
     assert summed["largest_upper_ends"]["mvp"]["lost_well_clear"] == pytest.approx(max(ends))
     page = tmp_path / "page.md"
     page.write_text("".join(f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in FORMS))
-    assert write_tables(page, told) == list(FORMS)
+    assert write_model_tables(page, told) == list(FORMS)
     assert "| rising | 5 | " in page.read_text()
     assert "| standing, 1 | 3000-5000 ft | 100.0 % | 5 |" in page.read_text()
     with pytest.raises(InputError, match="no encounter models"):

@@ -109,9 +109,8 @@ def test_a_flight_that_kept_its_margin_has_no_cause(tmp_path):
     assert sound.run.metrics.min_obstacle_distance_m > 0.6
     explained = explain_flight(*written(sound, "MCAP", tmp_path))
     assert explained.answer.cause is CrashCause.NONE
-    assert explained.answer.ending.nearest_m == pytest.approx(
-        sound.run.metrics.min_obstacle_distance_m, abs=0.3
-    )
+    # Returns show no place nearer than the nearest one, and may miss that.
+    assert explained.answer.ending.nearest_m >= sound.run.metrics.min_obstacle_distance_m - 0.05
 
 
 def test_a_crash_without_a_mission_states_what_is_assumed(tmp_path):

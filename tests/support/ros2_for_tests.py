@@ -185,7 +185,7 @@ class RosBench:
         system = AvoidanceSystem(
             planner, Mission("out", start, waypoints_m=goal), lidars=tuple(lidars.values())
         )
-        terms = SessionTerms(act=True, floor=FloorRule(0.6))
+        terms = SessionTerms(act=self.parameters.act, floor=FloorRule(0.6))
         self.bus, self.counts = LocalBus(), Counter[str]()
         sensor = LIDAR if lidars else None
         self.session = Session(system, sensor, terms, self.counts)

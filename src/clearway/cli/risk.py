@@ -15,7 +15,7 @@ from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import leave_by, print_json, say
 from clearway.cli.risk_files import draw_curves, results_folder, write_study
-from clearway.cli.risk_given import chosen_layers, chosen_planners, read_model
+from clearway.cli.risk_given import chosen_layers, chosen_planners, read_encounters_model
 from clearway.cli.risk_models import ModelWatch, fly_models
 from clearway.cli.risk_table import print_risk
 
@@ -218,7 +218,7 @@ def risk(
         fly_models(models, planners, numbers, settings, seed, workers, asked, watch)
         return
     refuse_given(context, MODELS_ALONE, "is for --models")
-    network = read_model(model, settings)
+    network = read_encounters_model(model, settings)
     settings = fit_height(settings, network) if settings.vehicle else settings
     folder, pictures = results_folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:

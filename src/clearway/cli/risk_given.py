@@ -39,7 +39,7 @@ def chosen_planners(names: list[str] | None, settings: RiskSettings) -> list[str
     return list(dict.fromkeys(chosen))
 
 
-def read_model(path: Path | None, settings: RiskSettings) -> EncounterModel:
+def read_encounters_model(path: Path | None, settings: RiskSettings) -> EncounterModel:
     """Return the model of a file, or one with made-up numbers; raises InputError."""
     from clearway.io.public_data import find_public_data
     from clearway.studies.encounter_model import made_up_model, read_encounter_model

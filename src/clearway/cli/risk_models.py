@@ -41,7 +41,7 @@ def fly_models(
     from clearway.base.verdict import worst_of
     from clearway.io.results_folder import refuse_unwritable_file
     from clearway.studies.risk.many import read_models, study_models, summarize_models
-    from clearway.studies.risk.model_tables import write_tables
+    from clearway.studies.risk.model_tables import write_model_tables
     from clearway.studies.risk.summary import verdict_of
 
     for page in watch.pages:
@@ -62,7 +62,7 @@ def fly_models(
     if watch.folder is not None:
         _write(studies, watch.folder)
     for page in watch.pages:
-        say(f"{page}: {', '.join(write_tables(page, studies))} written")
+        say(f"{page}: {', '.join(write_model_tables(page, studies))} written")
     leave_by([worst_of(verdict_of(one.summary["planners"][planners[0]]) for one in studies)])
 
 

@@ -16,7 +16,7 @@ from clearway.sim import clutter, column_fields, dead_ends, warehouse, worlds
 from clearway.sim.world_parts import MadeWorld, RandomEnds, anywhere, scatter_ends
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0)]
-Span = Annotated[tuple[Length, Length], Field(strict=False)]
+LengthSpan = Annotated[tuple[Length, Length], Field(strict=False)]
 Number = Annotated[int, Field(ge=1, le=10_000)]
 Density = Annotated[float, Field(ge=0.0, le=1.0)]
 Numbers = Annotated[tuple[Number, Number], Field(strict=False)]
@@ -90,7 +90,7 @@ class CylinderParameters(WorldParameters):
 class WallParameters(WorldParameters):
     """Of `walls`."""
 
-    gap_m: Span = worlds.WALL_GAPS_M
+    gap_m: LengthSpan = worlds.WALL_GAPS_M
     """Width of the gaps."""
     walls: Number = worlds.WALLS
     """Number, 18 m apart."""
@@ -101,7 +101,7 @@ class WallParameters(WorldParameters):
 class WarehouseParameters(WorldParameters):
     """Of `warehouse`."""
 
-    aisle_m: Span = warehouse.AISLES_M
+    aisle_m: LengthSpan = warehouse.AISLES_M
     """Width of the aisles, 3 m at least: stacks in them leave 2 m."""
 
     @model_validator(mode="after")
@@ -113,16 +113,16 @@ class WarehouseParameters(WorldParameters):
 class PocketParameters(WorldParameters):
     """Of `pockets`."""
 
-    depth_m: Span = worlds.POCKET_DEPTHS_M
+    depth_m: LengthSpan = worlds.POCKET_DEPTHS_M
     """From mouth to back; the deeper they may be, the farther apart they are."""
-    width_m: Span = worlds.POCKET_WIDTHS_M
+    width_m: LengthSpan = worlds.POCKET_WIDTHS_M
     """Between the sides."""
 
 
 class MazeParameters(WorldParameters):
     """Of `maze`."""
 
-    room_m: Span = worlds.MAZE_ROOMS_M
+    room_m: LengthSpan = worlds.MAZE_ROOMS_M
     """Side of the rooms, 10 m at least."""
     faces_door: bool = False
     """Whether the flight starts towards the open side of its room, else along x."""
@@ -136,36 +136,36 @@ class MazeParameters(WorldParameters):
 class DeadEndParameters(WorldParameters):
     """Of `dead-end`, `cave` and `closed-tube`."""
 
-    width_m: Span = dead_ends.WIDTHS_M
+    width_m: LengthSpan = dead_ends.WIDTHS_M
     """Between its sides; of a cave its height too."""
-    depth_m: Span = dead_ends.DEPTHS_M
+    depth_m: LengthSpan = dead_ends.DEPTHS_M
     """From its mouth to its end."""
 
 
 class WedgeParameters(WorldParameters):
     """Of `wedge`."""
 
-    width_m: Span = dead_ends.WEDGE_WIDTHS_M
+    width_m: LengthSpan = dead_ends.WEDGE_WIDTHS_M
     """Of its mouth."""
-    depth_m: Span = dead_ends.WEDGE_DEPTHS_M
+    depth_m: LengthSpan = dead_ends.WEDGE_DEPTHS_M
     """From its mouth to its corner."""
 
 
 class ClosedStreetParameters(WorldParameters):
     """Of `closed-street`."""
 
-    width_m: Span = dead_ends.STREET_WIDTHS_M
+    width_m: LengthSpan = dead_ends.STREET_WIDTHS_M
     """Between its houses, at least."""
-    depth_m: Span = dead_ends.STREET_DEPTHS_M
+    depth_m: LengthSpan = dead_ends.STREET_DEPTHS_M
     """From its mouth to the house at its end."""
 
 
 class UShapeParameters(WorldParameters):
     """Of `u-shape`."""
 
-    width_m: Span = dead_ends.U_WIDTHS_M
+    width_m: LengthSpan = dead_ends.U_WIDTHS_M
     """Between its sides, 9.5 m at least: the flight starts there."""
-    depth_m: Span = dead_ends.U_DEPTHS_M
+    depth_m: LengthSpan = dead_ends.U_DEPTHS_M
     """From its open side to its back, 14 m at least."""
 
     @model_validator(mode="after")
@@ -178,9 +178,9 @@ class UShapeParameters(WorldParameters):
 class RoomParameters(WorldParameters):
     """Of `room`."""
 
-    width_m: Span = dead_ends.DOOR_WIDTHS_M
+    width_m: LengthSpan = dead_ends.DOOR_WIDTHS_M
     """Of its door."""
-    depth_m: Span = dead_ends.ROOM_SIDES_M
+    depth_m: LengthSpan = dead_ends.ROOM_SIDES_M
     """Of its sides, 16 m at least: the flight starts inside."""
 
     @model_validator(mode="after")
@@ -199,7 +199,7 @@ class MixedParameters(WorldParameters):
 class NetParameters(WorldParameters):
     """Of `nets`."""
 
-    gap_m: Span = clutter.NET_GAPS_M
+    gap_m: LengthSpan = clutter.NET_GAPS_M
     """From net to net."""
     thickness_m: Length = clutter.NET_THICKNESS_M
     """Of the ropes: the smallest object that the mission declares."""

@@ -96,7 +96,7 @@ FORMS: Mapping[str, Callable[[Sequence[ModelStudy]], list[tuple[str, ...]]]] = {
 """What can be put into a page, by the name of its marks."""
 
 
-def write_tables(page: Path, studies: Sequence[ModelStudy]) -> list[str]:
+def write_model_tables(page: Path, studies: Sequence[ModelStudy]) -> list[str]:
     """Put every table whose marks a page has between them; return their names.
 
     Raises InputError where the page cannot be read or written, or has no marks.
