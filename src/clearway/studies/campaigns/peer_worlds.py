@@ -16,9 +16,9 @@ from clearway.sim.peer_worlds import barn, boxes, moving, perlin, rings
 from clearway.sim.world_parts import scatter_ends
 from clearway.studies.campaigns.made_worlds import (
     Density,
+    LengthSpan,
     MadeFamily,
     Number,
-    Span,
     StartParameters,
     WorldParameters,
 )
@@ -52,7 +52,7 @@ class BoxParameters(WorldParameters):
 class SmallMazeParameters(WorldParameters):
     """Of `small-maze`."""
 
-    room_m: Span = boxes.ROOM_M
+    room_m: LengthSpan = boxes.ROOM_M
     """Side of the rooms."""
 
 
