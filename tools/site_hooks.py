@@ -1,4 +1,4 @@
-"""Hooks of the documentation's site: links that lead out of docs/, changelog, public names."""
+"""Hooks of the documentation's site: links that lead out of docs/, changelog, order of search."""
 
 from __future__ import annotations
 
@@ -9,25 +9,28 @@ from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(\]\()([^)\s:#]+)((?:#[^)\s]*)?\))")
-CHANGELOG, PYTHON = "changelog.md", "python.md"
-FROM = re.compile(r"^    from (clearway\S+) import (.+)$", re.MULTILINE)
+CHANGELOG = "changelog.md"
+# How much a page counts in a search, by its place in the navigation.
+BOOSTS = {"Start": 4.0, "Tutorials": 2.0, "Background": 0.5, "Project": 0.25}
+# Pages that answer what strangers search for. Results are out of the search by their own heads.
+BOOSTED = {
+    "index.md": 2.0,
+    "safety.md": 10.0,
+    "tutorials/own-drone.md": 10.0,
+    "px4.md": 4.0,
+}
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
-    """The text of a page with its links made to lead somewhere on the site, or out of it."""
-    here = posixpath.dirname(page.file.src_uri)
-    if page.file.src_uri == CHANGELOG:
+    """Return the text of a page with its links made to lead somewhere on the site, or out of it."""
+    source = page.file.src_uri
+    section = page.ancestors[-1].title if page.ancestors else ""
+    boost = BOOSTED.get(source, BOOSTS.get(section, 1.0))
+    page.meta.setdefault("search", {"boost": boost})
+    here = posixpath.dirname(source)
+    if source == CHANGELOG:
         markdown, here = (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8"), ".."
-    if page.file.src_uri == PYTHON:
-        markdown += "".join(f"\n::: {name}\n" for name in public_names())
     return LINK.sub(lambda found: _link(found, here, config), markdown)
-
-
-def public_names() -> list[str]:
-    """Whole paths of all public names, by name."""
-    text = (REPOSITORY / "src" / "clearway" / "__init__.py").read_text(encoding="utf-8")
-    found = [(name, room) for room, names in FROM.findall(text) for name in names.split(", ")]
-    return [f"{room}.{name}" for name, room in sorted(found, key=lambda one: one[0].lower())]
 
 
 def _link(found: re.Match[str], here: str, config: Any) -> str:
@@ -39,6 +42,6 @@ def _link(found: re.Match[str], here: str, config: Any) -> str:
         inside = posixpath.relpath(target, "docs" if here == ".." else posixpath.join("docs", here))
         return f"{found[1]}{inside}{found[3]}"
     if not (REPOSITORY / target).exists():
-        return found[0]  # told by the strict build
+        return found[0]  # The strict build reports it.
     kind = "tree" if (REPOSITORY / target).is_dir() else "blob"
     return f"{found[1]}{config['repo_url']}/{kind}/main/{target}{found[3]}"

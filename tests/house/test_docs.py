@@ -14,6 +14,7 @@ from tools.transcripts import differences
 
 from clearway.io.toml import parse_model
 from clearway.missions.mission_file import MissionFile
+from clearway.missions.samples import COPTER
 from clearway.missions.scene_file import SceneFile
 from clearway.studies.samples import PLANNER
 from clearway.vehicle.automaton import MovementAutomaton
@@ -90,6 +91,10 @@ def test_python_of_the_documentation_runs(page: Path, tmp_path: Path) -> None:
 def test_the_planner_shown_is_that_of_the_samples() -> None:
     (shown,) = blocks(DOCS / "tutorials" / "own-planner.md", "python")
     assert PLANNER.partition("\n\n")[2] == shown
+
+
+def test_the_copter_shown_is_that_of_the_samples() -> None:
+    assert blocks(DOCS / "tutorials" / "own-drone.md", "toml") == [COPTER]
 
 
 def test_the_readme_has_an_example() -> None:

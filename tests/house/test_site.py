@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import html
+import json
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from urllib.parse import unquote
+from threading import Thread
+from urllib.parse import quote, unquote
 
 import pytest
 from tools.addresses import filled_in
+from tools.browser import Browser, chromium
 from tools.transcripts import without_times
 
 from repository import REPOSITORY
@@ -19,6 +26,17 @@ from repository import REPOSITORY
 DOCS = REPOSITORY / "docs"
 ADDRESSES = "pyproject.toml"
 """Where an owner fills in the project's addresses; `make addresses` takes them on."""
+SEARCHED = {
+    "escape": "safety.html",
+    "guarantee": "safety.html",
+    "copter": "tutorials/own-drone.html",
+    "inflation": "concepts.html",
+    "glossary": "concepts.html",
+    "PX4": "px4.html",
+    "ArduPilot": "tutorials/live.html",
+    "install": "install.html",
+}
+"""What strangers search for, and the page that answers it."""
 
 
 def test_every_page_is_in_the_navigation_and_there() -> None:
@@ -98,11 +116,13 @@ def test_the_clone_lines_of_the_readme_bring_a_checkout(tmp_path: Path) -> None:
         subprocess.run([words[0], "-n", *words[1:]], cwd=tmp_path / enter[1], check=True)
 
 
-@pytest.mark.nightly
-def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built strictly."""
     pytest.importorskip("mkdocs")
+    folder = tmp_path_factory.mktemp("built") / "site"
     done = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")],
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
@@ -110,11 +130,52 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "WARNING" not in done.stderr
-    assert (tmp_path / "site" / "tutorials" / "own-scan.html").is_file()
-    names = (tmp_path / "site" / "python.html").read_text()
-    assert "&gt;&gt;&gt;" in names
-    assert "<blockquote>" not in names, "examples are code, not quotes"
-    assert broken_links(tmp_path / "site") == []
+    return folder
+
+
+@pytest.mark.nightly
+def test_the_site_builds_without_a_warning(site: Path) -> None:
+    assert (site / "tutorials" / "own-scan.html").is_file()
+    assert broken_links(site) == []
+
+
+@pytest.mark.nightly
+def test_a_search_finds_the_right_page_first(site: Path, tmp_path: Path) -> None:
+    if chromium() is None:
+        pytest.skip("no Chromium")
+    found = {}
+    with served(site) as address, Browser(tmp_path / "profile") as browser:
+        for words in SEARCHED:
+            browser.send("Page.navigate", url="about:blank")
+            browser.send("Page.navigate", url=f"{address}/index.html?q={quote(words)}")
+            first = browser.wait("document.querySelector('.md-search-result__item > a')?.href")
+            found[words] = first.partition("?")[0].removeprefix(f"{address}/")
+    assert found == SEARCHED
+
+
+@pytest.mark.nightly
+def test_results_are_out_of_the_search(site: Path) -> None:
+    index = json.loads((site / "search" / "search_index.json").read_text())
+    found = {one["location"] for one in index["docs"]}
+    assert "safety.html" in found
+    assert [one for one in found if one.startswith("results/")] == []
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of a folder, served on this machine alone."""
+    handler = partial(QuietHandler, directory=str(folder))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    """Serve files without a line for each."""
+
+    def log_message(self, *_: object) -> None:
+        """Print nothing."""
 
 
 def broken_links(site: Path) -> list[str]:

@@ -11,7 +11,6 @@ GENERATED_PAGES = frozenset(
         "equations.md",
         "licences.md",
         "missions.md",
-        "python.md",
         "reproduction.md",
     )
 )

@@ -38,6 +38,45 @@ appears_s = 4
 position_m = [16, 8, 0]
 velocity_mps = [-0.4, -0.6, 0]
 """
+COPTER = """\
+# A copter of your own: enter its numbers. A house and a mast are in the way that no map shows.
+[mission]
+name = "my-copter"
+waypoints_m = [[60, 0, 3]]
+
+[vehicle]
+kind = "multirotor"
+position_m = [0, 0, 3]
+speed_mps = 8.0            # the greatest; sight limits it further
+acceleration_mps2 = 4.0    # what it brakes with, in the wind that you accept
+body_radius_m = 0.3        # the ball that holds it, propellers too
+
+[safety]
+margin_m = 0.5             # what its errors need: see the table below
+
+[rules]
+floor_m = 1.5              # it flies no lower, and no higher than ceiling_m
+ceiling_m = 12
+
+[[lidar]]
+name = "lidar"
+field_deg = [360, 50]      # how wide it sees, and how far up and down
+spacing_deg = 1            # between beams
+max_range_m = 40
+sigma_m = 0.02             # noise of its ranges
+
+[[obstacle]]
+name = "house"
+shape = "cuboid"
+position_m = [30, 2, 3]
+size_m = [8, 10, 6]
+
+[[obstacle]]
+name = "mast"
+shape = "ball"
+position_m = [45, -1, 3]
+radius_m = 0.5
+"""
 SURVEYED = """\
 # Down a lane between two walls and round a house: the survey is what is really there.
 [mission]

@@ -146,6 +146,8 @@ POSED = "clearway assess --scan velodyne --poses {} --all"
 SAMPLES = (
     Sample("my-mission.toml", "mission", "obstacles, an intruder, a LiDAR", _text(own.MISSION),
            "clearway fly my-mission.toml"),
+    Sample("my-copter.toml", "mission", "a copter with inertia, to enter your own numbers",
+           _text(own.COPTER), "clearway fly my-copter.toml"),
     Sample("my-scene.toml", "scene", "one moment: scan, map, intruder", _text(own.SCENE),
            "clearway assess my-scene.toml"),
     _scan("sweep.pcd", "PCD, binary", scans.write_pcd),
