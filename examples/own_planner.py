@@ -62,8 +62,8 @@ def swerve(situation: cw.Situation, before: Manoeuvre | None) -> Manoeuvre:
 #     cd examples
 #     clearway compare forest --planners clearway,own_planner:make --seeds 3
 #     clearway fly static-obstacles --planner own_planner:make
-#     clearway encounters -p own_planner:make --count 100
-#     clearway risk -p own_planner:make --count 100
+#     clearway encounters --planners own_planner:make --count 100
+#     clearway risk --planners own_planner:make --count 100
 #
 # In a campaign file it is one of `planners = ["clearway", "own_planner:make"]`.
 

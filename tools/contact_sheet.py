@@ -59,7 +59,7 @@ DRAWINGS = (
     Drawing("reach-compare", "reach-set compare"),
     Drawing("pursuit", "pursuit"),
     Drawing("faults", "faults blind-sector --flights 4"),
-    Drawing("risk-encounter", "risk SAMPLES/model.txt --only 15 -p clearway -p mvp"),
+    Drawing("risk-encounter", "risk SAMPLES/model.txt --only 15 --planners clearway,mvp"),
     Drawing("risk-study", "risk SAMPLES/model.txt --vehicle copter --count 40"),
     Drawing("risk-curves", "risk --curves SHEET/risk-study/risk.json"),
     Drawing("campaign-flight", "campaign quick --replay forest/clearway/0"),

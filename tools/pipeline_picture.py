@@ -18,7 +18,7 @@ SOURCES = (
 STEPS = (
     ("Reach set", "what the vehicle can fly,\ncomputed once"),
     ("Verification", "best candidates against\nthe evidence itself"),
-    ("Decision", "one trajectory, its reasons,\nand a way out in hand"),
+    ("Decision", "one trajectory, its reasons,\nand a held escape"),
 )
 
 

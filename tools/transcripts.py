@@ -21,9 +21,9 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 Run = Callable[[Sequence[str], Path], tuple[str, str]]
 """Runs clearway with some words in a folder; what it prints on standard output and error."""
 BLOCK = re.compile(r"^```console\n\$ (clearway [^\n]*)\n.*?^```$", re.MULTILINE | re.DOTALL)
-WIDTH = "110"
+WIDTH = "100"
 """Columns of the terminal."""
-LONGEST, LONGEST_OF_TABLES, LINES = 110, 150, 24
+LONGEST, LONGEST_OF_TABLES, LINES = 100, 100, 24
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 COLUMNS = re.compile(r"\S {3,}\S.* {3,}\S|[│┃─━]")
 """Of a line of a table: at least three, well apart."""
@@ -35,7 +35,7 @@ SLOW = re.compile(
 TIMES = re.compile(r"( *)\b(\d+\.\d+)(?= ms\b)")
 TIMED_COLUMNS = re.compile(r"( +)([\d.]+)(?=( +[\d.]+)?$)")
 """The last two of a table whose header ends with TIMED_HEADER."""
-TIMED_HEADER = "p50 ms   p99 ms"
+TIMED_HEADER = "p50 ms  p99 ms"
 
 
 def pages() -> dict[Path, str]:

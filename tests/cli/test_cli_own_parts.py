@@ -83,7 +83,7 @@ def test_an_own_planner_is_compared_with_ours(folder: Path) -> None:
 
 @pytest.mark.nightly
 def test_an_own_planner_flies_encounters_in_worker_processes(folder: Path) -> None:
-    planners = ("-p", "own_planner:make", "-p", "straight")
+    planners = ("--planners", "own_planner:make,straight")
     count = ("--count", "26", "--workers", "2")  # more than one worker takes at once
     own, straight = answer(folder, "encounters", *planners, *count, code=1)["encounters"]
     assert (own["planner"], straight["planner"]) == ("own_planner:make", "straight")
@@ -106,7 +106,7 @@ def test_an_own_planner_flies_a_campaign_from_the_folder_of_its_file(folder: Pat
 
 
 def test_an_own_planner_is_weighed_beside_ours(folder: Path) -> None:
-    command = ("risk", "-p", "own_planner:make", "--count", "2", "--workers", "1", "--json")
+    command = ("risk", "--planners", "own_planner:make", "--count", "2", "--workers", "1", "--json")
     done = clearway(*command, cwd=folder)
     assert list(json.loads(done.stdout)["planners"]) == ["own_planner:make"]
 
@@ -150,7 +150,7 @@ def test_a_rating_and_a_rule_are_named_on_the_command_line(folder: Path) -> None
         (("fly", "short.toml", "--planner", "broken:mistaken"), "'Sideways'; at least"),
         (("fly", "short.toml", "--planner", "broken:late"), "RuntimeError: out of ideas"),
         (("compare", "forest", "--planners", "clearway,broken:late"), "broken.py, line 13"),
-        (("encounters", "-p", "broken:late", "--count", "2"), "RuntimeError: out of ideas"),
+        (("encounters", "--planners", "broken:late", "--count", "2"), "RuntimeError: out of ideas"),
         (("fly", "short.toml", "--rating", "own_rating:wari"), "rating.name: rating own_rat"),
         (("fly", "short.toml", "--rule", "own_rule:LOW_M"), "rules.own[0]: rule own_rule"),
         (("fly", "mission.toml"), "without standing, sigma_m"),

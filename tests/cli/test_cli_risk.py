@@ -22,7 +22,9 @@ run = partial(run_clearway, "risk")
 
 
 def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
-    done = run("--count", 5, "-p", "mvp", "--workers", 1, "--json", "--out", "all", cwd=tmp_path)
+    done = run(
+        "--count", 5, "--planners", "mvp", "--workers", 1, "--json", "--out", "all", cwd=tmp_path
+    )
     assert done.returncode == 3, "five encounters show nothing: " + done.stderr
     assert "made up" in done.stderr
     told = json.loads(done.stdout)
@@ -39,7 +41,7 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
     assert told["version"] == told["provenance"]["clearway"] == __version__
     assert told["model_sha256"] == sha256_of(Path(made_up_model().source))
     assert told["command"] == told["provenance"]["command"]
-    assert told["command"].startswith("clearway risk --count 5 -p mvp")
+    assert told["command"].startswith("clearway risk --count 5 --planners mvp")
     assert json.loads((tmp_path / "all" / "risk.json").read_text()) == told
     rows = list(csv.DictReader((tmp_path / "all" / "encounters.csv").read_text().splitlines()))
     assert [(row["number"], row["planner"]) for row in rows[:2]] == [
@@ -71,7 +73,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
     ("arguments", "said"),
     [
         (("nowhere.txt",), "nowhere.txt: cannot be read"),
-        (("-p", "wish"), "valid planners are clearway, straight"),
+        (("--planners", "wish"), "valid planners are clearway, straight"),
         (("--noise", "much"), "--noise"),
         (("--layers", "9"), "--layers: the model has layers 1 to 4"),
         (("--own-kt", "-3"), "own_kt: must be a number from 1 to 1000"),
@@ -82,7 +84,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
         (("--limits=-1,-1",), "--limits: two numbers from 0 to 100 are needed"),
         (("--vehicle", "kite"), "valid vehicles are copter or wing"),
         (("--surveillance", "ears"), "remote-id"),
-        (("--vehicle", "wing", "-p", "turn-back"), "velocity-obstacle"),
+        (("--vehicle", "wing", "--planners", "turn-back"), "velocity-obstacle"),
         (("--vehicle", "wing", "--range-m", "-5"), "range_m"),
         (("--range-m", "-5"), "--range-m: is for --vehicle or --surveillance"),
         (("--reaction-s", "30"), "--reaction-s: is for --vehicle or --surveillance"),
@@ -92,7 +94,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
         (("--vehicle", "wing", "--models", "."), "holds no encounter models"),
         (("--vehicle", "wing", "--models", ".", "--only", "3"), "--only: is of one model"),
         (("--vehicle", "wing", "--docs", "page.md"), "--docs: is for --models"),
-        (("--vehicle", "wing", "-p", "horizontalcas:nowhere"), "cannot be read"),
+        (("--vehicle", "wing", "--planners", "horizontalcas:nowhere"), "cannot be read"),
         (("--vehicle", "wing", "--own-kt", "200"), "--own-kt: is of the stretched world"),
         (("--surveillance", "ads-b", "--noise", "0,0"), "--noise: is of the stretched world"),
         (("--vehicle", "wing", "--stretch", "9"), "--stretch: is of the stretched world"),

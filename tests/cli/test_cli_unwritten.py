@@ -30,7 +30,7 @@ LONGER = {
     f"risk model.txt --vehicle copter --count 4 {FEW}": "mid-air collision",
     "risk model.txt --vehicle copter --only 1 --out out": "clearway",
     "campaign my.toml --replay my-mission/straight/0 --out out": "my-mission/straight/0",
-    f"encounters --count 3 {FEW}.csv": "aside: farthest",
+    f"encounters --count 3 {FEW}.csv": "off path: farthest",
     f"faults wind --flights 1 {FEW}": "wind",
     "map masts.csv --out out": "obstacles",
     "reach-set --out out": "trajectories",

@@ -198,7 +198,7 @@ def broken_links(site: Path) -> list[str]:
 
 
 def test_transcripts_have_no_times_of_computing() -> None:
-    table = "  planner   reached   p50 ms   p99 ms\n\n  x   1/1   7.44   20.06\n"
+    table = "  planner   reached   p50 ms  p99 ms\n\n  x   1/1   7.44   20.06\n"
     told = without_times(table.replace("\n\n", "\n") + "\nnearest 1.20 2.30\n")
     assert told.splitlines()[1].split() == ["x", "1/1", "...", "..."]
     assert told.splitlines()[-1] == "nearest 1.20 2.30"

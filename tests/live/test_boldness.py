@@ -143,7 +143,7 @@ def test_ways_out_are_insisted_on_where_sensors_see_enough() -> None:
 def test_a_guardian_never_insists_and_says_so() -> None:
     plan = escape_plan(planner(escape="known"), [LIDAR]).unseen_is_free()
     assert not plan.insists
-    assert plan.why == "what nobody has seen counts as free: no guarantee"
+    assert plan.why == "unobserved space counts as free: no guarantee"
     strict = escape_plan(planner(escape="strict"), [LIDAR])
     assert strict.unseen_is_free() is strict
 

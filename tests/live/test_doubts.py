@@ -87,7 +87,7 @@ def test_a_margin_that_may_be_lost_is_told_of(
     if escape == "mapped":
         path.write_text(path.read_text() + "[map]\ncomplete = true\n")
     setup = prepare(read_mission_file(str(path)))
-    assert str(setup.escape).startswith(f'ways out "{escape}"')
+    assert str(setup.escape).startswith(f'escape "{escape}"')
     assert str(setup.escape).endswith(WIDE) == told
     assert setup.system().escape.why == setup.escape.why
 

@@ -200,7 +200,7 @@ def test_what_is_no_wish_is_refused(problem: str, wish) -> None:
 
 def test_who_has_no_way_out_gets_no_guardian() -> None:
     planner = planner_for("stops", "off")
-    with pytest.raises(ClearwayError, match="no way out is asked for"):
+    with pytest.raises(ClearwayError, match="no escape is asked for"):
         cw.Guardian(planner, cw.State(np.zeros(3)))
     with pytest.raises(ClearwayError, match="no own state"):
         cw.Guardian(planner_for("stops", "known"), cw.State(np.zeros(3))).guard(None, 0.0)

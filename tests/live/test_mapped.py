@@ -55,7 +55,7 @@ def test_strict_and_maps_that_declare_nothing_count_nothing_unseen_as_free() -> 
     ("complete", "sensors", "flown", "said"),
     [
         (None, (LIDAR,), "strict", "no map is declared complete; every decision"),
-        (None, (SHORT,), "known", "no map is declared complete; no way out of a body"),
+        (None, (SHORT,), "known", "no map is declared complete; no escape of a body"),
         (BOX, (LIDAR,), "mapped", "from (-30, -8, -20) to (20, 30, 20) m"),
         (BOX, (SHORT,), "mapped", "sensors of 5 m range see"),
         (BOX, (), "mapped", "no range sensor"),

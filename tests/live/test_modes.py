@@ -62,4 +62,4 @@ def test_a_change_says_from_what_to_what_and_why(decision):
     choice = replace(decision.choice, basis=Basis.WAY_OUT)
     flees = replace(decision, choice=choice, no_way_out=("Straight",))
     told = mode_after(begins, ModeFacts(flees, Progress(), AHEAD)).transition
-    assert told == f"{begins.mode} to escape: no way out after Straight"
+    assert told == f"{begins.mode} to escape: no escape after Straight"

@@ -49,7 +49,7 @@ def test_what_is_late_or_repeated_is_told_and_not_kept():
     states = kept(1.0, 2.0)
     assert states.take(State([9.0, 0.0, 0.0], time_s=2.0)) == "state: late or repeated"
     assert states.latest.position_m[0] == 4.0
-    with pytest.raises(ClearwayError, match="no own state yet"):
+    with pytest.raises(ClearwayError, match="no state estimate yet"):
         _ = OwnStates(10.0, Flown(AUTOMATON, 10.0)).latest
 
 

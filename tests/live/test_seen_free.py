@@ -24,7 +24,7 @@ from worlds_for_tests import LIDAR, mission, planner
 
 FAR = mission((40.0, 0.0, 0.0))
 PLANNER = planner()
-COUNT = "state: the own place jumped; what was seen to be free is forgotten"
+COUNT = "state: the own position jumped; observed free space is forgotten"
 
 
 def after_one_decision(world=None) -> AvoidanceSystem:

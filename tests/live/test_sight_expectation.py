@@ -47,7 +47,7 @@ def test_what_was_measured_is_what_is_told(
     said = told(setup)
     assert (said is None) == (share is None)
     if said is not None:
-        assert f", {share} ways come to over 1.5 times the straight one" in said
+        assert f", {share} paths take over 1.5 times the straight way" in said
         assert said in setup.notes
         assert len(re.findall(r"[.;:]\s", said)) <= 3
 

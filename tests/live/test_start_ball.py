@@ -57,7 +57,7 @@ def test_from_elsewhere_more_counts_as_free_and_that_is_said(
     assert plan.flown == "strict"
     assert plan.start_free_m is not None
     assert 1.0 < plan.start_free_m <= 3.0
-    assert f"{plan.start_free_m:.3g} m about the start count as free" in plan.why
+    assert f"{plan.start_free_m:.3g} m around the start count as free" in plan.why
     for asked_m, leaves in ((None, True), (1.0, False)):
         settings = replace(stops.settings, start_free_m=asked_m)
         mission = Mission("on", start, waypoints_m=np.array([[30.0, 0.0, 0.0]]))

@@ -105,11 +105,11 @@ def test_a_margin_that_grows_in_free_space_is_no_reason_to_decide():
     ("kind", "sigmas", "told"),
     [
         ("plane", {}, ""),
-        ("plane", {"position_sigma_m": 0.1}, "own states are off by 0.1 m,"),
+        ("plane", {"position_sigma_m": 0.1}, "state estimates are off by 0.1 m,"),
         (
             "plane",
             {"position_sigma_m": 0.2, "attitude_sigma_deg": 0.5},
-            "own states are off by 0.2 m and 0.5 deg,",
+            "state estimates are off by 0.2 m and 0.5 deg,",
         ),
         ("inertialess", {"position_sigma_m": 0.1}, ""),
     ],
@@ -121,5 +121,5 @@ def test_before_take_off_it_is_said_what_they_cost_who_cannot_stop(
     setup = prepare(file.changed("simulation", **sigmas))
     assert setup.escape.flown == "strict"
     assert told in setup.escape.why
-    assert ("own states" in setup.escape.why) is bool(told)
+    assert ("state estimates" in setup.escape.why) is bool(told)
     assert setup.system().escape == setup.escape

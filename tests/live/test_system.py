@@ -32,7 +32,7 @@ def state(time_s, x=0.0, **more):
 
 
 def test_deciding_without_an_own_state_is_refused():
-    with pytest.raises(ClearwayError, match="no own state yet"):
+    with pytest.raises(ClearwayError, match="no state estimate yet"):
         system().decide(0.0)
 
 
@@ -64,7 +64,7 @@ def test_unusable_readings_are_counted_by_reason():
     live.update(state(0.8))
     live.catch_up(1.0)
     assert dict(live.counts) == {
-        "scan: no own state of its time": 2,
+        "scan: no state estimate of its time": 2,
         "state: late or repeated": 2,
         "scan: late or repeated": 1,
         **at_once,

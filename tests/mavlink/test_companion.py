@@ -262,7 +262,7 @@ def test_an_autopilot_that_takes_no_set_points_is_noticed_within_two_seconds(cal
     first = set_points(flight)[0][0]
     noticed = next(o for o in flight.outcomes if o.state is LinkState.NOT_FOLLOWED)
     assert noticed.time_s - first <= 2.0
-    assert noticed.why_state == "the vehicle does not move as it is told"
+    assert noticed.why_state == "the vehicle does not move as commanded"
 
 
 def test_one_that_follows_slowly_is_not_suspected(calm: Any) -> None:

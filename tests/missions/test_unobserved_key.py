@@ -58,7 +58,7 @@ def test_a_flight_with_a_budget_promises_nothing(walls: MissionFile, strict: Run
     spends = [entry.flight for entry in run.decisions if _spent_m(entry.flight.decision) > 0.0]
     assert spends
     for flight in spends:
-        told = f"crosses {_spent_m(flight.decision):.1f} m where nobody has looked, as allowed"
+        told = f"crosses {_spent_m(flight.decision):.1f} m of unobserved space, as allowed"
         assert told in flight.explanation
 
 

@@ -51,7 +51,7 @@ def test_it_flies_and_says_so_in_every_way(bench: RosBench) -> None:
     assert 1.0 <= bench.sent("/cmd_vel")[-1].linear.x <= 1.3  # Drawn to its place.
     assert len(bench.sent("/follow")[-1].poses) == 2
     lines = {one.ns: one for one in bench.sent("/clearway/markers")[-1].markers}
-    assert set(lines) == {"plan", "way out", "why"}
+    assert set(lines) == {"plan", "escape", "why"}
     status = bench.sent("/diagnostics")[-1].status[0]
     assert status.level == 0 or status.message.startswith("waiting")
 
@@ -146,7 +146,7 @@ def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
 def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
     bench.bus.tell("/odom", odometry(BEGAN_S, frame="odom"))
     assert str(bench.tick(0.0).state) == "waiting"
-    assert bench.counts["own place: no transform to the map frame"] == 1
+    assert bench.counts["own position: no transform to the map frame"] == 1
     assert bench.link.missing()
     for tick in range(1, 4):
         now = 0.1 * tick
@@ -215,7 +215,7 @@ def test_covariance_widens_the_margin(bench: RosBench) -> None:
 def test_places_that_are_none_are_left_out(bench: RosBench, place) -> None:
     bench.bus.tell("/odom", odometry(BEGAN_S, place))
     assert str(bench.tick(0.0).state) == "waiting"
-    assert bench.counts["own place: no pose"] == 1
+    assert bench.counts["own position: no pose"] == 1
 
 
 def test_time_that_jumps_ends_in_a_restart_and_strays_do_not(bench: RosBench) -> None:

@@ -88,10 +88,10 @@ def test_after_all_was_forgotten_it_sees_again() -> None:
 @pytest.mark.parametrize(
     ("blind_m", "start_free_m", "flown", "said"),
     [
-        (0.5, None, "strict", "every decision keeps a way out"),
-        (1.5, None, "strict", "sensors are blind near: 1.75 m about the start count as free"),
+        (0.5, None, "strict", "every decision keeps an escape"),
+        (1.5, None, "strict", "sensors are blind near: 1.75 m around the start count as free"),
         (1.5, 1.0, "known", "sensors are blind near the start; start_free_m = 1.75 would do"),
-        (6.0, None, "known", "no way out of a body"),
+        (6.0, None, "known", "no escape of a body"),
     ],
 )
 def test_before_take_off_it_is_said(

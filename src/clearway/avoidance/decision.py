@@ -198,11 +198,11 @@ class Decision:
         if self.way_out is not None:
             way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"
             kept = f"{way.margin_m:.2f} m clear"
-            unsure = "" if way.certain else ", through what nobody has seen"
+            unsure = "" if way.certain else ", through unobserved space"
             if way.unobserved_m > 0.0:
-                unsure = f", {way.unobserved_m:.1f} m of it through what nobody has seen"
+                unsure = f", {way.unobserved_m:.1f} m of it through unobserved space"
             begins = f"{runs(way.begins)}, " if way.begins else ""
-            told["way out (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
+            told["escape (dashed)"] = f"{begins}{round_}; {kept}{unsure}"
         if self.no_way_out:
-            told["no way out after"] = ", ".join(self.no_way_out)
+            told["no escape after"] = ", ".join(self.no_way_out)
         return told

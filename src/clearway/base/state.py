@@ -96,7 +96,7 @@ class State:
                     vector_problem("velocity_mps", self.velocity_mps, 3) if is_unusable else None,
                 )
             )
-            raise InputError("own state", places + numbers)
+            raise InputError("state estimate", places + numbers)
         object.__setattr__(self, "position_m", position)
         object.__setattr__(self, "attitude_rad", attitude)
         object.__setattr__(self, "velocity_mps", velocity)

@@ -45,7 +45,7 @@ def alerts(
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Tell alerts about all other aircraft, and bands of heading, climb and speed, each second.
+    """Give alerts about other aircraft, and bands of heading, climb and speed, each second.
 
     Aircraft that could not be judged are counted and named, with the reason.
     """

@@ -1,4 +1,4 @@
-"""The command line: `clearway fly`, `assess`, `reach-set` and `reproduce`.
+"""The command line: all commands, and their groups in `clearway --help`.
 
 Only typer is imported here and at the head of the command modules, so that `--help` answers at
 once; each command imports what it needs when it runs.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import gc
 import sys
+from collections.abc import Callable
 from copy import copy
 from typing import Annotated
 
@@ -54,36 +55,38 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("fly", cls=Command)(run_guarded(fly))
-app.command("compare", cls=Command)(run_guarded(compare))
-app.command("campaign", cls=Command)(run_guarded(campaign))
-app.command("assess", cls=Command)(run_guarded(assess))
-app.command("data", cls=Command)(run_guarded(data))
-app.command("encounters", cls=Command)(run_guarded(encounters))
-app.command("pursuit", cls=Command)(run_guarded(pursuit))
+FLY, SEE, LIVE = "Fly in simulation", "Look at data", "Fly a vehicle"
+STUDY, MODEL, FILES = "Study", "Model a vehicle", "Files to try"
+COMMANDS: tuple[tuple[str, dict[str, Callable[..., None]]], ...] = (
+    (FLY, {"fly": fly, "compare": compare, "campaign": campaign, "replay": replay, "why": why}),
+    (SEE, {"assess": assess, "map": show_map, "traffic": traffic, "alerts": alerts}),
+    (LIVE, {"mavlink": mavlink, "px4": px4, "ros2": ros2, "guard": guard}),
+    (
+        STUDY,
+        {
+            "encounters": encounters,
+            "risk": risk,
+            "pursuit": pursuit,
+            "faults": faults,
+            "reproduce": reproduce,
+        },
+    ),
+    (FILES, {"sample": sample, "data": data}),
+)
+"""Groups of `clearway --help`, in order, with their commands."""
+for panel, commands in COMMANDS:
+    for name, command in commands.items():
+        app.command(name, cls=Command, rich_help_panel=panel)(run_guarded(command))
 reach_sets = typer.Typer(add_completion=False, cls=Group)
 reach_sets.callback(invoke_without_command=True)(run_guarded(reach_set))
 reach_sets.command("compare", cls=Command)(run_guarded(compare_reach_sets))
-app.add_typer(reach_sets, name="reach-set")
+app.add_typer(reach_sets, name="reach-set", rich_help_panel=MODEL)
 automata = typer.Typer(
     add_completion=False, cls=Group, help="Measure the movements of a plant, and show them."
 )
 automata.command("measure", cls=Command)(run_guarded(measure))
 automata.command("show", cls=Command)(run_guarded(show))
-app.add_typer(automata, name="automaton")
-app.command("faults", cls=Command)(run_guarded(faults))
-app.command("guard", cls=Command)(run_guarded(guard))
-app.command("map", cls=Command)(run_guarded(show_map))
-app.command("mavlink", cls=Command)(run_guarded(mavlink))
-app.command("px4", cls=Command)(run_guarded(px4))
-app.command("replay", cls=Command)(run_guarded(replay))
-app.command("reproduce", cls=Command)(run_guarded(reproduce))
-app.command("risk", cls=Command)(run_guarded(risk))
-app.command("ros2", cls=Command)(run_guarded(ros2))
-app.command("sample", cls=Command)(run_guarded(sample))
-app.command("traffic", cls=Command)(run_guarded(traffic))
-app.command("alerts", cls=Command)(run_guarded(alerts))
-app.command("why", cls=Command)(run_guarded(why))
+app.add_typer(automata, name="automaton", rich_help_panel=MODEL)
 
 
 def _print_version(wanted: bool) -> None:

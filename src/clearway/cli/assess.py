@@ -147,7 +147,7 @@ def assess(
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Rate one moment: detection, visibility, map and intruders per cell, and what is reachable."""
+    """Rate one moment, or every scan of a recording: each cell, and what is reachable."""
     from clearway.io.results_folder import ResultsFolder
 
     overrides: dict[str, dict[str, Any]] = {

@@ -25,7 +25,7 @@ def measure(
     ] = 6,
     held_out: Annotated[
         int,
-        typer.Option(min=1, max=MOST_COUNTED, help="Flights that predictions are held against."),
+        typer.Option(min=1, max=MOST_COUNTED, help="Flights that predictions are checked against."),
     ] = 3,
     speed: Annotated[
         float | None, typer.Option(max=1e3, help="Speed in m/s; default: its usual one.")
@@ -46,10 +46,10 @@ def measure(
     seed: Annotated[int, typer.Option(min=0, help="Of all noise.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Fly every movement of a plant after every other, and write what came of it.
+    """Fly every movement of a plant after every other, and write where each leads.
 
     Each flight is a random round that uses each pair of movements once; with --inertia it flies
-    every movement in every class of motion, led by the plan. Flights held out tell how far
+    every movement in every class of motion, led by the plan. Held-out flights show how far
     predictions are off.
     """
     from dataclasses import replace

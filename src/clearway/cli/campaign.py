@@ -55,7 +55,7 @@ def campaign(
     replay: Annotated[
         str | None,
         typer.Option(
-            help="Fly this flight again, with pictures, and check that it ends the same.",
+            help="Fly this flight again, with pictures, and check that it ends in the same way.",
             rich_help_panel=RUN,
         ),
     ] = None,
@@ -84,7 +84,7 @@ def campaign(
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
-    """Fly a campaign, or go on with it.
+    """Fly families of cases with several planners, or resume a campaign.
 
     Exit status 0 if its first planner was safe throughout, 1 if not, 3 if families were skipped
     because their data are missing.

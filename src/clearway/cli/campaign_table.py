@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from clearway.base.intervals import Interval
+from clearway.cli.tables import plain_table, print_table
 from clearway.io.json_values import finite
 from clearway.sim.baselines import NOT_APPLICABLE
-from clearway.studies.campaigns.pages import explain_planners, mean_in_words
+from clearway.studies.campaigns.pages import explain_planners
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.summary import (
     FamilyStanding,
@@ -23,6 +24,8 @@ from clearway.studies.campaigns.summary import (
 from clearway.studies.campaigns.totals import HEAD, add_up
 
 FAILURES_SHOWN = 20
+# Columns of the totals that fit into a terminal's width; --json has all.
+SHOWN = 8
 AVOIDING = ("safe", "crashed", "lost_margin", "nearest_min_m", "nearest_median_m")
 """What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
@@ -81,19 +84,12 @@ def print_campaign(
     rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict[str, str]
 ) -> None:
     """Families one after the other, then failures with the commands that show them."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
     if not rows:
         print("no flights yet")
         return
     title = f"{settings['campaign']}: {len(rows)} flights"
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    for name in ("family", "planner"):
-        table.add_column(name, no_wrap=True)
-    for name in ("safe", "crashed", "margin lost", "nearest m", "median m", "path", "time s", "ms"):
-        table.add_column(name, justify="right", no_wrap=True)
+    columns = ("safe", "crashed", "margin lost", "nearest m", "path", "time s", "decision ms")
+    table = plain_table(("family", "planner"), columns, title)
     before = ""
     everything = standings(rows)
     for number, standing in enumerate(everything):
@@ -101,9 +97,10 @@ def print_campaign(
         before = standing.label
         last = number + 1 == len(everything) or everything[number + 1].label != before
         table.add_row(label, *_cells(standing), end_section=last)
-    Console(width=185).print(table)
-    print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. Path as a")
-    print("multiple of the straight one, and time: of flights that arrived, with 95 % bootstrap.")
+    print_table(table)
+    print("safe: reached, never nearer than the margin; with 95 % Wilson intervals. path: as a")
+    print("multiple of the straight one. path and time: means of flights that arrived. --json and")
+    print("--docs have the other intervals")
     _print_totals(rows)
     for line in explain_planners(rows):
         print(line)
@@ -114,33 +111,26 @@ def print_campaign(
 
 def _print_totals(rows: Sequence[FlightRow]) -> None:
     """What the flights add up to, a line a cell."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
-    for name in HEAD:
-        table.add_column(name, justify="left" if name in HEAD[:2] else "right", no_wrap=True)
+    table = plain_table(HEAD[:2], HEAD[2:SHOWN])
     for totals in add_up(rows):
-        table.add_row(*totals.as_cells())
-    Console(width=185).print(table)
+        table.add_row(*(cell.replace(" (", "\n(") for cell in totals.as_cells()[:SHOWN]))
+    print_table(table)
     print("contact: of the body; margin lost: contacts included; shares with exact 95 % intervals")
-    print("(Clopper-Pearson). time and mean: medians of flights that arrived. top: of all flights.")
+    print("(Clopper-Pearson). time: median of flights that arrived")
 
 
 def _cells(standing: FamilyStanding) -> tuple[str, ...]:
     avoiding = (
         _rate(standing.safe),
-        _rate(standing.crashed),
-        _rate(standing.lost_margin),
+        _count(standing.crashed),
+        _count(standing.lost_margin),
         _number(standing.nearest_min_m),
-        _number(standing.nearest_median_m),
     )
     return (
         standing.planner,
         *([NOT_APPLICABLE] * len(avoiding) if standing.hidden else avoiding),
-        mean_in_words(standing.path_ratio, 2),
-        mean_in_words(standing.time_s, 1),
+        _number(standing.path_ratio.value),
+        _number(standing.time_s.value, 1),
         _number(standing.decision_ms),
     )
 
@@ -150,8 +140,12 @@ def _rate(rate: Rate) -> str:
     return f"{rate.number}/{rate.flights} {f'{low:.0f}-{high:.0f} %':>8}"
 
 
-def _number(value: float) -> str:
-    return f"{value:.2f}" if np.isfinite(value) else "-"
+def _count(rate: Rate) -> str:
+    return f"{rate.number}/{rate.flights}"
+
+
+def _number(value: float, digits: int = 2) -> str:
+    return f"{value:.{digits}f}" if np.isfinite(value) else "-"
 
 
 def _print_failures(rows: Sequence[FlightRow]) -> None:

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
+from clearway.cli.given import split_names
 from clearway.cli.numbers import MOST_COUNTED
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
+from clearway.cli.tables import plain_table, print_table
 
 AVOIDING = ("safe", "crashed", "min_distance_m", "margin_violations", "emergencies")
 """What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
@@ -87,7 +89,7 @@ def _names(planners: str | None, beside: Path | None) -> list[str]:
 
     if planners is None:
         return list(PLANNERS)
-    return list(dict.fromkeys(known_planner(name.strip(), beside) for name in planners.split(",")))
+    return list(dict.fromkeys(known_planner(name, beside) for name in split_names(planners)))
 
 
 def _setups(mission: str) -> SetupOf:
@@ -184,20 +186,12 @@ def _draw(
 
 
 def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
     from clearway.base.own_code import shorten_own_name
     from clearway.sim.baselines import NOT_APPLICABLE
     from clearway.sim.baselines.notes import not_known, shared
 
-    table = Table(title=mission, box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("planner", no_wrap=True)
-    for name in ("reached", "safe", "crashed", "time s", "path m", "nearest m", "violations"):
-        table.add_column(name, justify="right")
-    for name in ("emergencies", "p50 ms", "p99 ms"):
-        table.add_column(name, justify="right")
+    columns = ("reached", "safe", "crashed", "time s", "path m", "nearest m", "violations")
+    table = plain_table(("planner",), (*columns, "p50 ms", "p99 ms"), mission)
     for row in standings:
         cells = {
             "reached": f"{row.reached}/{row.flights}",
@@ -207,14 +201,13 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
             "path_length_m": _text(row.path_length_m, 1),
             "min_distance_m": _text(row.min_distance_m, 2),
             "margin_violations": str(row.margin_violations),
-            "emergencies": str(row.emergencies),
             "decision_ms_p50": _text(row.decision_ms_p50, 2),
             "decision_ms_p99": _text(row.decision_ms_p99, 2),
         }
         if row.hidden:
             cells |= dict.fromkeys(AVOIDING, NOT_APPLICABLE)
         table.add_row(shorten_own_name(row.planner), *cells.values())
-    Console(width=130).print(table)
+    print_table(table)
     for line in not_known((row.planner, row.hidden) for row in standings):
         print(line)
     for line in shared([row.planner for row in standings]):

@@ -19,8 +19,8 @@ def data(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Fetch what is missing into this folder, each file held against its sha256. "
-            "CLEARWAY_DATA=DIR tells where they are; else examples of a checkout look for "
+            help="Fetch what is missing into this folder, each file checked against its sha256. "
+            "CLEARWAY_DATA=DIR names their folder; else examples of a checkout look for "
             "`shared/data` beside it.",
         ),
     ] = None,
@@ -32,9 +32,9 @@ def data(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """List the public files, none of them part of clearway: source, licence, hash, use.
+    """List the public files that examples use, with source, licence and hash; fetch them.
 
-    With --fetch, exit status 2 if any of them could not be brought; what came before stays.
+    With --fetch, exit status 2 if a file could not be fetched; files before it stay.
     """
     from clearway.io.public_data import is_there
 

@@ -12,6 +12,7 @@ import typer
 
 from clearway.base.own_code import shorten_own_name
 from clearway.base.verdict import DemandVerdict
+from clearway.cli.given import split_names
 from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import (
@@ -20,8 +21,8 @@ from clearway.cli.report import (
     leave_by,
     print_json,
     say,
-    table_console,
 )
+from clearway.cli.tables import plain_table, print_table
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
@@ -81,10 +82,10 @@ def encounters(
             rich_help_panel=KIND,
         ),
     ] = False,
-    planner: Annotated[
-        list[str] | None,
-        typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
-    ] = None,
+    planners: Annotated[
+        str,
+        typer.Option(help="Names with commas between, of {planners}.", rich_help_panel=RUN),
+    ] = "clearway",
     count: Annotated[
         int,
         typer.Option(min=1, max=MOST_COUNTED, help="Number of encounters.", rich_help_panel=RUN),
@@ -112,11 +113,11 @@ def encounters(
         ),
     ] = None,
 ) -> None:
-    """Fly random encounters on collision courses, and hold the lower end of the interval against
-    the share that must keep its distance.
+    """Fly random collision courses, and check the share that keeps its distance against a target.
 
-    Exit status 0 where enough is shown, 1 where it is shown not to be enough, 3 where neither is:
-    99.9 % takes some 3,900 encounters without a failure. Of several planners the first counts.
+    The lower end of the 95 % interval counts. Exit status 0: the target is met; 1: it is missed;
+    3: too few encounters to tell. 99.9 % takes some 3,900 encounters without a failure. Of several
+    planners the first counts.
     """
     from clearway.studies.encounters.encounter import EncounterSettings
 
@@ -130,17 +131,17 @@ def encounters(
         miss_m=miss,
         scale=scale,
     )
-    planners = _planners(planner)
+    names = _planners(planners)
     if out is not None:
         from clearway.io.results_folder import refuse_unwritable_file
 
         refuse_unwritable_file(out, "--out")
     if only is not None:
-        _fly_one(only, settings, planners, as_json)
+        _fly_one(only, settings, names, as_json)
         return
     kinds = _every_kind() if every_kind else [settings]
     seeds = range(seed, seed + count)
-    tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in planners]
+    tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in names]
     if as_json:
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
@@ -150,15 +151,15 @@ def encounters(
     leave_by(
         DemandVerdict.NOT_SHOWN if tally.hidden else tally.verdict
         for tally in tallies
-        if tally.planner == planners[0]
+        if tally.planner == names[0]
     )
 
 
-def _planners(names: list[str] | None) -> list[str]:
+def _planners(names: str) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
-    from clearway.sim.baselines import CLEARWAY, known_planner
+    from clearway.sim.baselines import known_planner
 
-    return list(dict.fromkeys(known_planner(name) for name in names or [CLEARWAY]))
+    return list(dict.fromkeys(known_planner(name) for name in split_names(names)))
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -212,37 +213,30 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
 
 
 def _print_table(tallies: Sequence[EncounterTally]) -> None:
-    from rich.table import Table
-
     from clearway.sim.baselines import NOT_APPLICABLE
     from clearway.sim.baselines.notes import not_known, shared
 
-    console = table_console()
-    table = Table()
     several = len({tally.planner for tally in tallies}) > 1
     texts = ("kind", "planner") if several else ("kind",)
-    avoiding = ("kept", "share", "Wilson 95 %", "nearest", "need")
-    for column in (*texts, "flown", "avoidable", *avoiding, "aside", "a decision"):
-        table.add_column(column, justify="left" if column in texts else "right")
+    columns = ("flown", "kept of avoidable", "nearest", "target", "off path", "a decision")
+    table = plain_table(texts, columns)
     for tally in tallies:
         low, high = tally.interval
         kept = (
-            str(tally.kept),
-            f"{100.0 * tally.share:.2f} %",
-            f"{100.0 * low:.2f} to {100.0 * high:.2f} %",
-            f"{tally.min_distance_m:.3f} of {tally.distance_to_keep_m:g} m",
-            f"{100.0 * tally.required:g} %: {tally.verdict}",
+            f"{tally.kept} of {tally.avoidable}\n{100.0 * low:.2f} to {100.0 * high:.2f} %",
+            f"{tally.min_distance_m:.2f} m\nof {tally.distance_to_keep_m:g} m",
+            f"{100.0 * tally.required:g} %\n{tally.verdict}",
         )
         table.add_row(
             *(tally.settings.in_words, shorten_own_name(tally.planner))[: len(texts)],
             str(len(tally.outcomes)),
-            str(tally.avoidable),
             *([NOT_APPLICABLE] * len(kept) if tally.hidden else kept),
             f"{tally.mean_aside_m:.2f} m",
             f"{tally.decision_ms:.2f} ms",
         )
-    console.print(table)
-    print("aside: farthest from straight flight, mean; a decision: median")
+    print_table(table)
+    print("kept: with 95 % Wilson intervals; off path: farthest from straight flight, mean;")
+    print("a decision: median time")
     for line in not_known((tally.planner, tally.hidden) for tally in tallies):
         print(line)
     for line in shared(list(dict.fromkeys(tally.planner for tally in tallies))):
@@ -282,7 +276,7 @@ def _replay(tally: EncounterTally) -> str:
     if settings.scale != 1.0:
         options.append(f"--scale {settings.scale:g}")
     if tally.planner != "clearway":
-        options.append(f"--planner {tally.planner}")
+        options.append(f"--planners {tally.planner}")
     return f"{' '.join(options)} --only SEED"
 
 
@@ -295,7 +289,7 @@ def _fly_one(
     from clearway.studies.encounters.flights import fly_encounter, judge_encounter
 
     if len(planners) > 1:
-        raise InputError("--only", "tells of one flight: give one --planner")
+        raise InputError("--only", "flies one encounter: name one of --planners")
     encounter = random_encounter(seed, settings)
     run = fly_encounter(encounter, settings, planners[0])
     outcome = judge_encounter(encounter, settings, run)

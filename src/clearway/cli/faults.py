@@ -41,8 +41,7 @@ def faults(
     escape: Annotated[
         str,
         typer.Option(
-            help="Ways out that every decision holds in hand, as `[safety] escape`: strict, known "
-            "or off.",
+            help="What is known of escapes, as `[safety] escape`: strict, known or off.",
             rich_help_panel=RUN,
         ),
     ] = "strict",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clearway.cli.report import table_console
+from clearway.cli import tables
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 COLUMNS = ("fault", "unit", "with", "level: arrived with margin")
 REST = "the rest kept the margin too, but were not there when their time was up"
-OTHERS = "Where sensors see too little for that, other ways out were flown, as it says."
+OTHERS = "Where sensors see too little for that, another `escape` was flown, as stated."
 
 
 def title_of(points: Sequence[Point]) -> str:
-    """How many flights, and by which ways out."""
+    """Return how many flights there were, and by which escapes."""
     first = points[0]
     return f'{len(first.flights)} flights at each level, escape = "{first.escape_asked}"'
 
 
 def panels_of(points: Sequence[Point]) -> list[Panel]:
-    """The same as curves to be drawn."""
+    """Return the points as curves to be drawn."""
     from clearway.studies.faults import STUDIES
     from clearway.studies.figures.faults import Curve, Panel
 
@@ -45,7 +45,7 @@ def panels_of(points: Sequence[Point]) -> list[Panel]:
 
 
 def put_table(points: Sequence[Point], page: Path) -> None:
-    """The table between the marks of a page, which are named after the ways out asked for."""
+    """The table between the marks of a page, which are named after the escapes asked for."""
     from clearway.io.marked_page import put_between_marks
 
     first = points[0]
@@ -61,15 +61,12 @@ def put_table(points: Sequence[Point], page: Path) -> None:
 
 def print_table(points: Sequence[Point]) -> None:
     """For the console."""
-    from rich.table import Table
-
-    console = table_console()
-    table = Table(title=title_of(points), caption=f"{REST.capitalize()}.{_others(points)}")
-    for column in COLUMNS:
-        table.add_column(column)
+    table = tables.plain_table(COLUMNS, (), title_of(points))
+    table.columns[0].no_wrap = True
     for row in _rows(points):
         table.add_row(*row)
-    console.print(table)
+    tables.print_table(table)
+    print(f"{REST.capitalize()}.{_others(points)}")
 
 
 def _by_row(points: Sequence[Point]) -> dict[tuple[str, str], list[Point]]:

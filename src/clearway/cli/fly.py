@@ -58,7 +58,7 @@ def fly(
             help="evidence: check candidates against all that was seen; none: trust ratings."
         ),
     ] = None,
-    planner: Annotated[str, typer.Option(help="Who decides: {planners}.")] = "clearway",
+    planner: Annotated[str, typer.Option(help="Planner that decides: {planners}.")] = "clearway",
     plots: Annotated[bool, typer.Option("--plots/--no-plots", help="Draw pictures.")] = True,
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
@@ -224,12 +224,12 @@ def _in_words(run: Run[Steering]) -> str:
         f"nearest obstacle   {_metres(metrics.min_obstacle_distance_m)}, "
         f"margin {run.safety_margin_m:.2f} m, violations {metrics.margin_violations}",
         f"decisions          {len(run.decisions)}, emergencies {run.emergencies}, "
-        f"p50 {times['p50']} ms, p99 {times['p99']} ms, max {times['max']} ms",
+        f"p50 {times['p50']:.2f} ms, p99 {times['p99']:.2f} ms, max {times['max']:.2f} ms",
         f"off straight legs  {metrics.tracking_m.mean():.2f} m on average, "
         f"{metrics.tracking_m.max():.2f} m at most",
     ]
     if run.ways_out is not None:
-        lines.insert(-1, f"ways out           {_ways_out_in_words(run)}")
+        lines.insert(-1, f"escapes            {_ways_out_in_words(run)}")
     if metrics.intruders is not None:
         traffic = metrics.intruders
         lines.append(
@@ -266,8 +266,8 @@ def _ways_out_in_words(run: Run[Steering]) -> str:
     if plan.flown == "off":
         return flown
     if begins is None:
-        return f"{flown}; none was ever in hand"
-    said = f"{flown}; in hand from {begins:.1f} s on, {without} decisions after that without one"
+        return f"{flown}; none was ever held"
+    said = f"{flown}; held from {begins:.1f} s on, {without} decisions after that without one"
     spans = " and ".join(f"{begin:.1f} to {end:.1f} s" for begin, end in summary["no_guarantee_s"])
     return f"{said}; no guarantee held from {spans}" if spans else said
 

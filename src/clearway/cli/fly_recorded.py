@@ -129,12 +129,12 @@ def _in_words(result: Mapping[str, Any]) -> str:
         f"{avoiding['time_s'] - result['without_avoidance']['time_s']:.1f} s",
         f"with avoidance     {'reached' if avoiding['reached'] else 'NOT REACHED'}, "
         f"violations {avoiding['margin_violations']}, emergencies {avoiding['emergencies']}, "
-        f"decisions {avoiding['decisions']}, p50 {avoiding['decision_ms']['p50']} ms",
+        f"decisions {avoiding['decisions']}, p50 {avoiding['decision_ms']['p50']:.2f} ms",
         *_nearest_in_words(avoiding, result["other"]["address"]),
     ]
     if result["recorded"]["unheard_s"]:
         lines.append(
-            f"silence            {other} is not heard of for "
+            f"silence            {other} is not received for "
             f"{result['recorded']['unheard_s']:.0f} s, which count in no distance"
         )
     return "\n".join(lines)
@@ -153,7 +153,7 @@ def _judged_by(margin_m: float) -> str:
 def _way_in_words(label: str, way: Mapping[str, Any]) -> str:
     closest, path = way["closest"], f"{way['path_length_m']:.0f} m"
     if closest is None:
-        return _row((label, "never heard of at once", "", "", "", "", "", path))
+        return _row((label, "never received at once", "", "", "", "", "", path))
     return _row(
         (
             label,

@@ -9,6 +9,11 @@ import typer
 from clearway.base.errors import InputError
 
 
+def split_names(text: str) -> list[str]:
+    """Return the names of a list with commas between, as `--planners` takes it."""
+    return [name.strip() for name in text.split(",")]
+
+
 def refuse_given(context: typer.Context, names: Container[str], why: str) -> None:
     """Raise InputError naming the first of these parameters that was written, if as its default."""
     for param in context.command.params:

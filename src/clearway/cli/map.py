@@ -59,7 +59,7 @@ def show_map(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Summarise and draw map files: obstacles, keep-out zones, what was left out and why."""
+    """Summarise and draw map files: obstacles, keep-out zones, and what was left out."""
     from clearway.io.maps.maps import read_maps
     from clearway.io.moments import parse_moment
     from clearway.io.results_folder import ResultsFolder

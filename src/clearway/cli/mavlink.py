@@ -56,7 +56,7 @@ def mavlink(
         ),
     ] = None,
     ask: Annotated[
-        bool, typer.Option("--ask", help="Read-only, ask for streams and parameters all the same.")
+        bool, typer.Option("--ask", help="Ask for streams and parameters even if read-only.")
     ] = False,
     signing_key: mavlink_options.SigningKey = None,
     system: mavlink_options.System = 1,
@@ -83,7 +83,7 @@ def mavlink(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Decide live for an autopilot: listens and tells what it would do; with --act, does it."""
+    """Decide live for an autopilot over MAVLink: read-only, unless --act lets it fly."""
     from clearway.mavlink.dialect import dialect
 
     dialect()

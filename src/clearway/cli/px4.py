@@ -37,7 +37,7 @@ def px4(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Fly PX4 as one of its flight modes; needs no ROS. Registers with `act: true` alone."""
+    """Fly PX4 as one of its flight modes, without ROS: registers only with `act: true`."""
     from clearway.px4.hand import ModeEncoding
     from clearway.px4.setup import set_up_px4, set_up_px4_guard
     from clearway.ros2.hand import begin_ros2_hand

@@ -44,7 +44,9 @@ def reach_set(
     spread: Annotated[
         int | None, typer.Option(help="Nodes per cell, for methods that limit them.")
     ] = None,
-    harmonic: Annotated[int | None, typer.Option(help="Harmonic nodes per cell, likewise.")] = None,
+    harmonic: Annotated[
+        int | None, typer.Option(help="Harmonic nodes per cell, for methods that limit them.")
+    ] = None,
     side_exits: Annotated[
         bool, typer.Option(help="Keep trajectories that leave through the side.")
     ] = True,
@@ -54,7 +56,7 @@ def reach_set(
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Build a reach set, print its nodes, trajectories and smoothness, and draw it."""
+    """Build and draw a reach set, and print its nodes, trajectories and smoothness."""
     if context.invoked_subcommand is not None:
         return
     from clearway.reach.choose.coverage import measure_coverage

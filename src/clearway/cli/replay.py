@@ -47,7 +47,7 @@ def replay(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Show a run in 3-D: its cells, reach set, plan and intruders at every moment."""
+    """Show a run in 3-D in the browser: cells, reach set, plan and escape at every moment."""
     from clearway.io.foreign_errors import damage_told
     from clearway.io.results_folder import refuse_unwritable_file
     from clearway.view.replay.page import page_of

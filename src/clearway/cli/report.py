@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
+from typing import Any, NoReturn, ParamSpec, TypeVar
 
 from clearway.base.errors import (
     ClearwayError,
@@ -27,9 +27,6 @@ from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
 from clearway.cli.output import READER_GONE, taken_over
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
@@ -39,8 +36,6 @@ BROKEN = 70
 NOT_SHOWN = 3
 """Neither shown nor missed, or something that was asked for was skipped."""
 INTERRUPTED = 130
-WIDE = 160
-"""Columns that every table fits into."""
 LONGEST_NAME = 250
 """Of a file, in a message."""
 REFUSED = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.EIO, errno.ESTALE)
@@ -252,17 +247,6 @@ def say(message: str) -> None:
 def print_words(words: str) -> None:
     """A result in words, without the control characters that names in files may have."""
     print(make_printable(words))
-
-
-def table_console() -> Console:
-    """Where tables are printed: as wide as the terminal, and never so narrow that numbers are cut
-    off: a terminal folds lines, and keeps what is in them."""
-    from rich.console import Console
-
-    console = Console()
-    if console.is_terminal and console.width >= WIDE:
-        return console
-    return Console(width=WIDE)
 
 
 def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:

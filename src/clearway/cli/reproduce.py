@@ -42,7 +42,7 @@ def reproduce(
         bool, typer.Option("--json", help="Print one JSON object.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
-    """Make figures and tables of the paper again: numbers, differences and pictures."""
+    """Compute figures and tables of the paper anew: numbers, differences and pictures."""
     if list_them:
         _list(as_json)
         return

@@ -64,10 +64,10 @@ def risk(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
-    planner: Annotated[
-        list[str] | None,
-        typer.Option("--planner", "-p", help="{planners}; may be repeated.", rich_help_panel=RUN),
-    ] = None,
+    planners: Annotated[
+        str,
+        typer.Option(help="Names with commas between, of {planners}.", rich_help_panel=RUN),
+    ] = "clearway",
     count: Annotated[
         int,
         typer.Option(min=1, max=MOST_COUNTED, help="Number of encounters.", rich_help_panel=RUN),
@@ -166,10 +166,10 @@ def risk(
         ),
     ] = None,
 ) -> None:
-    """Compute risk ratios, and hold their intervals' upper ends against ASTM F3442's or your own.
+    """Compute risk ratios by an encounter model, and check them against ASTM F3442 or your limits.
 
-    Exit status 0 if the first planner is shown to be within them, 1 if it is shown not to be, 3 if
-    neither is shown.
+    The upper ends of the 95 % intervals count. Exit status 0: the first planner is within the
+    limits; 1: it is not; 3: too few encounters to tell.
     """
     from clearway.studies.risk.fit import fit_height
     from clearway.studies.risk.ratios import LARGEST_LIMIT, RiskLimits
@@ -208,24 +208,24 @@ def risk(
             velocity_std_mps=velocity_std,
             layers=chosen_layers(layers),
         )
-    planners = chosen_planners(planner, settings)
+    names = chosen_planners(planners, settings)
     if models is not None:
         refuse_given(context, ("model", "only"), "is of one model: leave out --models")
         if within_s is None:
             settings = replace(settings, within_s=settings.crossing_s)
         numbers = range(first, first + count)
         watch = ModelWatch(docs or [], journal, results_folder(out, models, None), as_json)
-        fly_models(models, planners, numbers, settings, seed, workers, asked, watch)
+        fly_models(models, names, numbers, settings, seed, workers, asked, watch)
         return
     refuse_given(context, MODELS_ALONE, "is for --models")
     network = read_encounters_model(model, settings)
     settings = fit_height(settings, network) if settings.vehicle else settings
     folder, pictures = results_folder(out, model, only), drawn.pictures_of(form, dpi)
     if only is not None:
-        _fly_one(network, only, planners, settings, seed, folder, as_json, pictures)
+        _fly_one(network, only, names, settings, seed, folder, as_json, pictures)
         return
     numbers = range(first, first + count)
-    result = _flown(network, planners, numbers, settings, seed, workers, journal)
+    result = _flown(network, names, numbers, settings, seed, workers, journal)
     told = summary(result, network, asked)
     if as_json:
         print_json(told)
@@ -233,7 +233,7 @@ def risk(
         print_risk(result, told)
     if folder is not None:
         write_study(result, told, folder)
-    leave_by([verdict_of(told["planners"][planners[0]])])
+    leave_by([verdict_of(told["planners"][names[0]])])
 
 
 def _flown(

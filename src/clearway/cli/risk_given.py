@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from clearway.cli.given import split_names
 from clearway.cli.report import say
 
 if TYPE_CHECKING:
@@ -25,12 +26,12 @@ def chosen_layers(text: str) -> tuple[int, ...]:
     return tuple(number - 1 for number in numbers)
 
 
-def chosen_planners(names: list[str] | None, settings: RiskSettings) -> list[str]:
-    """Return the planners asked for, clearway without any; raises ClearwayError."""
-    from clearway.sim.baselines import CLEARWAY, known_planner
+def chosen_planners(names: str, settings: RiskSettings) -> list[str]:
+    """Return the planners asked for, each once; raises ClearwayError."""
+    from clearway.sim.baselines import known_planner
     from clearway.studies.risk.long_choice import long_planner
 
-    wanted = names or [CLEARWAY]
+    wanted = split_names(names)
     if settings.vehicle:
         for name in wanted:
             long_planner(name)

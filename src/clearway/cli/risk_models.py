@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, print_json, say, sourced, table_console
+from clearway.cli.report import leave_by, print_json, say, sourced
 from clearway.cli.risk_given import check_layers
+from clearway.cli.tables import plain_table, print_table
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -67,8 +68,6 @@ def fly_models(
 
 
 def _print(studies: Sequence[ModelStudy]) -> None:
-    from rich.table import Table
-
     from clearway.studies.risk.model_tables import model_rows, planner_rows
 
     kind = studies[0].summary["kind"]
@@ -76,12 +75,10 @@ def _print(studies: Sequence[ModelStudy]) -> None:
         (f"{studies[0].result.planners[0]}: {kind}, with 95 % intervals", model_rows(studies)),
         ("by planner", planner_rows(studies)),
     ):
-        table = Table(title=title)
-        for name in rows[0]:
-            table.add_column(name)
+        table = plain_table(rows[0], (), title)
         for row in rows[1:]:
             table.add_row(*row)
-        table_console().print(table)
+        print_table(table)
 
 
 def _write(studies: Sequence[ModelStudy], folder: ResultsFolder) -> None:

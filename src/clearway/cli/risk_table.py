@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from clearway.base.own_code import shorten_own_name
-from clearway.cli.report import table_console
+from clearway.cli.tables import plain_table, print_table
 
 if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
@@ -18,33 +18,24 @@ VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 
 def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     """summary: of the result, as `--json` prints it."""
-    from rich.table import Table
-
     from clearway.sim.baselines import NOT_APPLICABLE
     from clearway.sim.baselines.notes import not_known, shared
     from clearway.studies.risk.ratios import MEASURES
 
-    console = table_console()
-    console.print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
-    table = Table(title="risk ratios with 95 % intervals; of it unresolved + induced")
-    table.add_column("planner")
-    for name in MEASURES.values():
-        table.add_column(name, justify="right")
-    for name in ("aside", "a decision"):
-        table.add_column(name, justify="right")
+    print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
+    title = "risk ratios with 95 % intervals; of it unresolved + induced"
+    table = plain_table(("planner",), tuple(MEASURES.values()), title)
     straight = summary["straight"]
-    rates = [f"{straight[name]['rate']:.2g} each" for name in MEASURES]
-    table.add_row("straight", *rates, "", "")
+    table.add_row("straight", *(f"{straight[name]['rate']:.2g} each" for name in MEASURES))
     for planner, measures in summary["planners"].items():
-        hidden, took = measures["hidden"], measures["decision_ms"]
+        hidden = measures["hidden"]
         cells = [NOT_APPLICABLE if hidden else _cell(measures[name]) for name in MEASURES]
-        table.add_row(
-            shorten_own_name(planner),
-            *cells,
-            f"{measures['mean_aside_m']:.0f} m",
-            "-" if took is None else f"{took:.2f} ms",
-        )
-    console.print(table)
+        table.add_row(shorten_own_name(planner), *cells)
+    print_table(table)
+    for planner, measures in summary["planners"].items():
+        took = measures["decision_ms"]
+        decides = "" if took is None else f"; a decision takes {took:.2f} ms"
+        print(f"{planner}: {measures['mean_aside_m']:.0f} m off its path in the mean{decides}")
     for line in not_known((name, each["hidden"]) for name, each in summary["planners"].items()):
         print(line)
     for line in REAL_SCALE if result.settings.vehicle else shared(result.planners):
@@ -52,7 +43,7 @@ def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     effective = ", ".join(
         f"{PLURALS[name]} {summary['effective'][name]:.0f}" for name in summary["effective"]
     )
-    print(f"without avoidance, worth as many equal ones: {effective}")
+    print(f"without avoidance, effective sample size: {effective}")
     if len(summary["layers"]) > 1:
         _print_layers(summary, result.planners[0])
     for planner in result.planners:
@@ -85,11 +76,20 @@ def _cell(measure: dict[str, Any]) -> str:
         return "no case"
     low, high = measure["ratio_95"]
     split = f"{measure['unresolved']:.3f} + {measure['induced']:.3f}"
-    ends = f"[{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
     said = (
         f"\n<= {measure['limit']:g}: {VERDICTS[measure['verdict']]}" if "verdict" in measure else ""
     )
-    return f"{measure['ratio']:.3f} {ends}\n{split}{said}"
+    return f"{_number(measure['ratio'])} {_ends(low, high)}\n{split}{said}"
+
+
+def _ends(low: float, high: float | None) -> str:
+    """An interval's ends in brackets."""
+    return f"[{_number(low)}, {'no bound' if high is None else _number(high)}]"
+
+
+def _number(value: float) -> str:
+    """Three digits, and three decimals at most."""
+    return f"{value:.3f}" if value < 1.0 else f"{value:.3g}" if value < 1e3 else f"{value:.0f}"
 
 
 def _print_cases(measures: dict[str, Any], planner: str) -> None:
@@ -108,9 +108,7 @@ def _print_layers(summary: dict[str, Any], planner: str) -> None:
         low, high = ratio["ratio_95"]
         told = "no case"
         if ratio["ratio"] is not None:
-            told = (
-                f"{ratio['ratio']:.3f} [{low:.3f}, {'no bound' if high is None else f'{high:.3f}'}]"
-            )
+            told = f"{_number(ratio['ratio'])} {_ends(low, high)}"
         print(
             f"layer {row['layer']}: {100.0 * row['weight']:.1f} % of the weight, "
             f"{row['encounters']} encounters, {planner}'s loss of well clear {told}"

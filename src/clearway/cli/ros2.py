@@ -42,7 +42,7 @@ def ros2(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Decide live on ROS 2 topics; needs no ROS. Set-points with `act: true` in the parameters."""
+    """Decide live on ROS 2 topics, without ROS: sends set-points only with `act: true`."""
     refuse_unusable(backend, bag)
     options = BusOptions(bag, backend, domain, namespace, remap or ())
     node = open_node(route_kind(), parameters, options, check=check, hand=hand)

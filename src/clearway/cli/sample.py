@@ -22,7 +22,7 @@ def sample(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Write a small file of every kind that clearway reads, each with the command that takes it."""
+    """Write a small file of every format that clearway reads, with a command for each."""
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.samples import write_samples
 

@@ -84,9 +84,9 @@ def traffic(
         ),
     ] = None,
 ) -> None:
-    """List the aircraft of traffic recordings and their closest pairs, or fly one of those.
+    """List the aircraft of traffic recordings and their closest pairs, or fly one of the pairs.
 
-    Exit status 1: the encounter was flown, and the margin lost or the end not reached.
+    Exit status 1: the encounter was flown, and lost the margin or did not reach its end.
     """
     from clearway.base.provenance import provenance
     from clearway.io.public_data import at_hand

@@ -41,7 +41,7 @@ def why(
     form: drawn.Form = drawn.FORM,
     dpi: drawn.Dpi = drawn.DPI,
 ) -> None:
-    """Tell why a flight crashed: what was visible when, and what clearway would have flown."""
+    """Explain why a flight crashed: what was visible when, and what clearway would have flown."""
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.why.explain import explain_flight
     from clearway.studies.why.words import explain_as_json, explain_in_words, leaves_open

@@ -192,7 +192,7 @@ class Knowledge:
         self._tell_wind(before, state, flown_m, jumped=jumped)
         if jumped and self.sensing.free_space is not None:
             self.sensing.free_space.forget()
-            self.counts["state: the own place jumped; what was seen to be free is forgotten"] += 1
+            self.counts["state: the own position jumped; observed free space is forgotten"] += 1
         self.clock.settle(state.time_s)
         self.progress = advanced(
             self.mission,
@@ -234,7 +234,7 @@ class Knowledge:
         if flaw:
             self.counts[flaw] += 1
         elif not self.own_states.reach_back_to(scan.time_s):
-            self.counts["scan: no own state of its time"] += 1
+            self.counts["scan: no state estimate of its time"] += 1
         else:
             left_out = self.sensing.take(scan, self.own_states.at(scan.time_s))
             if left_out:

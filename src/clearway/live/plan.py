@@ -217,7 +217,7 @@ class Plan:
             return "a new goal"
         if now_s >= self.decide_by_s - TIME_TOLERANCE_S:
             if self.way_out is not None:
-                return "the way out is to be renewed"
+                return "the escape is to be renewed"
             return "the plan has to be renewed while the vehicle can still turn away"
         return None
 

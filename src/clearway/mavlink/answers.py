@@ -53,7 +53,7 @@ class Answers:
             return self._command(message, number, asker)
         place = np.array([message.lat_int * DEGREES_E7, message.lon_int * DEGREES_E7, message.alt])
         if message.type_mask & NO_POSITION:
-            self.notes.append("SET_POSITION_TARGET_GLOBAL_INT without a position: left aside")
+            self.notes.append("SET_POSITION_TARGET_GLOBAL_INT without a position: ignored")
         else:
             self._goal("SET_POSITION_TARGET_GLOBAL_INT", place, message.coordinate_frame)
         return []

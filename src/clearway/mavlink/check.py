@@ -24,7 +24,7 @@ def problems(link: MavlinkLink[S], wall_s: float) -> list[str]:
     found += session.parameters.findings(core.speed_mps)
     if not any(name in session.parameters.values for name in TIMEOUTS):
         found.append(
-            f"neither {' nor '.join(TIMEOUTS)} was told: see that set-points end after "
+            f"neither {' nor '.join(TIMEOUTS)} was received: check that set-points end after "
             f"{LONGEST_TIMEOUT_S:g} s"
         )
     return [*found, *link.inbox.warnings]

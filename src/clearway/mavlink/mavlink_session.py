@@ -210,7 +210,7 @@ class MavlinkSession(Generic[S]):
     def _pause(self) -> str | None:
         own = self.core.motion
         if not self.terms.session.act or own is None:
-            return "read-only" if own else "the own place is not known"
+            return "read-only" if own else "the own position is not known"
         return self.core.hear_goal(own.position_m, self._wall_s)
 
     # --- out ------------------------------------------------------------------------------

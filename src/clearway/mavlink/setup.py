@@ -155,7 +155,7 @@ def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:
         notice(f"{options.signing_key}: others than its owner can read the key")
     outside = options.connect.startswith("udp") and ":127." not in options.connect
     if options.act and key is None and outside:
-        notice("no --signing-key: whoever reaches this link can mislead the vehicle")
+        notice("no --signing-key: anyone who reaches this link can mislead the vehicle")
 
 
 def clear(link: FrameLink, counts: Counter[str]) -> None:

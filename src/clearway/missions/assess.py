@@ -112,8 +112,8 @@ def _check_times(scene: Scene) -> None:
         age = scene.state.time_s - seen.intruder.time_s
         if abs(age) > OLDEST_S:
             raise ClearwayError(
-                f"intruders: {seen.intruder.name or '?'} is of {seen.intruder.time_s:g} s, the own "
-                f"state of {scene.state.time_s:g} s; valid: at most {OLDEST_S:g} s apart"
+                f"intruders: {seen.intruder.name or '?'} is of {seen.intruder.time_s:g} s, the "
+                f"state estimate of {scene.state.time_s:g} s; valid: at most {OLDEST_S:g} s apart"
             )
 
 

@@ -32,7 +32,7 @@ class Way:
     track: FloatArray
     """[n, 4] time since the start, position."""
     closest: Approach | None
-    """To the other aircraft of the encounter; None where both are never heard of at once."""
+    """To the other aircraft of the encounter; None where both are never received at once."""
     nearest: tuple[str, Approach] | None
     """The aircraft that came nearest of all."""
     path_length_m: float

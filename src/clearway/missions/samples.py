@@ -144,7 +144,7 @@ velocity_mps = [-1, -0.5, 0]
 spread_deg = 5
 """
 ROBOT = """\
-# What a node on ROS 2 topics is told of the vehicle: a multirotor with a VLP-16.
+# The vehicle of a node on ROS 2 topics: a multirotor with a VLP-16.
 [mission]
 name = "robot"
 waypoints_m = [[30, 0, 0]]

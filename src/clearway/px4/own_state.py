@@ -28,8 +28,8 @@ VALID = {
     "v_z_valid": "climb rate", "heading_good_for_control": "heading",
 }  # fmt: skip
 COUNTERS = ("xy_reset_counter", "z_reset_counter", "heading_reset_counter")
-NO_POSE = "own state: no pose in north, east, down"
-NO_ORIGIN = "own state: no origin of the local frame yet; the mission has origin_geodetic"
+NO_POSE = "own position: no pose in north, east, down"
+NO_ORIGIN = "own position: no origin of the local frame yet; the mission has origin_geodetic"
 
 
 class Px4OwnState:

@@ -42,7 +42,7 @@ def set_up_px4(
 ) -> tuple[Loop, Px4Link]:
     """A mission as a mode of PX4; raises InputError for what cannot be used."""
     if "guard" in parameters.model_fields_set:
-        notice("guard: is for `clearway px4 --guard`, left aside here")
+        notice("guard: is for `clearway px4 --guard`, ignored here")
     setup = _node(parameters, notice)
     for doubt in setup.flight.doubts:
         notice(doubt)
@@ -88,7 +88,7 @@ def set_up_px4_guard(
 def _node(parameters: NodeParameters, notice: Notice) -> NodeSetup:
     for name, why in OWN.items():
         if name in parameters.model_fields_set:
-            notice(f"{name}: left aside, {why}")
+            notice(f"{name}: ignored, {why}")
     given = parameters.px4
     if given.distances and parameters.clouds:
         raise InputError("px4.distances", "is in place of clouds: state one of both")

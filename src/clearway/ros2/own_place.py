@@ -16,9 +16,9 @@ UNMEASURED = 1e6
 """Variances from here on mean that nobody measures it (m^2, rad^2)."""
 FASTEST_MPS = 1e4
 NO_POSE, NO_FRAME, NO_BODY = (
-    "own place: no pose",
-    "own place: no transform to the map frame",
-    "own place: no transform of the body",
+    "own position: no pose",
+    "own position: no transform to the map frame",
+    "own position: no transform of the body",
 )
 
 

@@ -76,7 +76,7 @@ def set_up_ros2(
     for doubt in setup.flight.doubts:
         notice(doubt)
     if "guard" in parameters.model_fields_set:
-        notice("guard: is for `clearway guard`, left aside here")
+        notice("guard: is for `clearway guard`, ignored here")
     system = setup.flight.system()
     notice(str(system.escape))
     terms = session_terms(setup, parameters)

@@ -201,7 +201,7 @@ def markers(flight: FlightDecision, time_s: float, frame: str) -> Any:
     way = decision.way_out_path_m
     lines = [
         _line("plan", decision.path_m, (0.84, 0.15, 0.16), time_s, frame),
-        _line("way out", way, (0.03, 0.55, 0.51), time_s, frame),
+        _line("escape", way, (0.03, 0.55, 0.51), time_s, frame),
     ]
     text = _marker("why", 9, time_s, frame)
     text.pose.position = point(flight.state.position_m + np.array([0.0, 0.0, 1.0]))

@@ -213,7 +213,7 @@ class TopicLink(TopicTeller[S]):
     def _take_traffic(self, message: Any, wall_s: float, topic: str) -> None:
         own = self.session.motion
         if own is None:
-            self.counts["traffic: no own place yet"] += 1
+            self.counts["traffic: no own position yet"] += 1
             return
         report = read_ros2_aircraft(message, self._origin, float(own.position_m[2]), self.counts)
         self._tell_aircraft(report, wall_s, topic)

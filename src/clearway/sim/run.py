@@ -299,7 +299,7 @@ METRICS: Variants[Metric] = Variants(
     "metric",
     {
         "mission": Metric("Its name.", lambda run: run.mission.name),
-        "planner": Metric("Who flew.", lambda run: run.planner),
+        "planner": Metric("Which planner flew.", lambda run: run.planner),
         "reached": Metric("Whether it came to the last goal.", lambda run: run.reached),
         "waypoints_reached": Metric(
             "How many.", lambda run: run.progress.waypoints_reached(run.mission)
@@ -331,22 +331,22 @@ METRICS: Variants[Metric] = Variants(
             "Decisions in which nothing kept the margin.", lambda run: run.emergencies
         ),
         "escape_mode": Metric(
-            "Which ways out were kept in hand: strict, budgeted, mapped, known or off.",
+            "What was known of the held escapes: strict, budgeted, mapped, known or off.",
             lambda run: run.ways_out and run.ways_out.flown,
         ),
         "escape_asked": Metric(
-            "Which were asked for.", lambda run: run.ways_out and run.ways_out.asked
+            "Which of these was asked for.", lambda run: run.ways_out and run.ways_out.asked
         ),
-        "escape_why": Metric("Why these.", lambda run: run.ways_out and run.ways_out.why),
-        "way_out_from_s": Metric("When the first one was in hand.", _way_out_from_s),
+        "escape_why": Metric("Why it was flown.", lambda run: run.ways_out and run.ways_out.why),
+        "way_out_from_s": Metric("When the first escape was held.", _way_out_from_s),
         "decisions_without_escape": Metric("Decisions after that without one.", _without_way_out),
         "guarantee": Metric(
-            "Whether every decision after that had one, through space seen or mapped to be free, "
+            "Whether every decision after that held one, through space seen or mapped to be free, "
             "and what the pre-flight check promised was kept.",
             _guarantee,
         ),
         "unobserved_m": Metric(
-            "Most metres of unobserved space that a way out in hand crossed; null where none may.",
+            "Most metres of unobserved space that a held escape crossed; null where none may.",
             _unobserved_m,
         ),
         "no_guarantee_s": Metric(

@@ -33,10 +33,10 @@ class Basis(StrEnum):
     RATED_ONLY = "rated above the threshold, not verified"
     VERIFIED = "verified, though cell ratings are below the threshold"
     AGAINST_RULES = "verified, but against a rule, since nothing that obeys keeps the margin"
-    NO_LOITER = "verified, but without a way out at its end"
-    NARROW = "verified, through a place that leaves no way out: no guarantee"
+    NO_LOITER = "verified, but no escape at its end"
+    NARROW = "verified, through a place that leaves no escape: no guarantee"
     NO_NEARER = "verified to come no nearer than the place that is already too near"
-    WAY_OUT = "escape: the way out in hand, since nothing else leaves one"
+    WAY_OUT = "escape: the held one, since nothing else leaves one"
     EMERGENCY = "emergency: nothing keeps the margin, best clearance taken"
 
 

@@ -65,7 +65,7 @@ class Leaving:
     """What rules say of every trajectory; None where there are none."""
     goal: Goal
     ways: WaysOut | None
-    """None where no way out is asked for."""
+    """None where no escape is asked for."""
     before: Commitment
 
     @property

@@ -134,7 +134,7 @@ MAP_FORMATS = (
         "`.dat`, `.csv`",
         "digital obstacle file of the FAA, 128 columns a record, or its table with `LATDEC` and "
         "`AMSL`",
-        "likewise, grown by the horizontal and vertical accuracy that the record states; "
+        "as above, grown by the horizontal and vertical accuracy that the record states; "
         "dismantled obstacles are left out",
     ),
     MapFormat(
@@ -156,8 +156,8 @@ MAP_FORMATS = (
         (".shp",),
         lambda path, assumed: read_shapefile(path, assumed.radius_m, assumed.crs),
         "`.shp` with `.dbf` and `.prj` beside it (without `.prj`: `--crs`)",
-        "likewise; names of columns cut to ten letters are known too",
-        "likewise",
+        "polygons and points; names of columns cut to ten letters are known too",
+        "as solids; lines and what has no height are left out",
     ),
     MapFormat(
         "OpenStreetMap (XML, PBF)",
@@ -165,7 +165,7 @@ MAP_FORMATS = (
         lambda path, assumed: read_osm(path, assumed.radius_m),
         "`.osm`, `.osm.pbf`",
         "areas and nodes with `height` (from `min_height` up, above ground) or storeys "
-        "(`building:levels`, `roof:levels`), 4 m each, which is said",
+        "(`building:levels`, `roof:levels`), 4 m each, which a note states",
         "as solids; buildings, masts and towers without height are left out and counted by kind",
     ),
     MapFormat(

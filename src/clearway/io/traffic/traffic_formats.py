@@ -141,7 +141,7 @@ TRAFFIC_FORMATS = (
         lambda content: is_gdl90(content[:HEAD]),
         read_gdl90,
         "frames between `7e` with a right checksum: the own aircraft and others",
-        "of the heartbeat before: seconds of a day that is not told",
+        "of the heartbeat before: seconds of a day, without a date",
     ),
     Format(
         "Beast binary",
@@ -230,7 +230,7 @@ TRAFFIC_FORMATS = (
         read_ogn,
         "lines `FLRDDA5BA>...:/160829h4415.41N/...` of its servers: FLARM and others, perhaps "
         "after date and time",
-        "of the day before the line, else seconds of a day that is not told",
+        "of the day before the line, else seconds of a day, without a date",
     ),
     Format(
         "DAIDALUS .daa",

@@ -71,12 +71,12 @@ def check_leg(
     ways = WaysOut(planner, escapes, situation, near)
     for corners, sagitta_m in _ways(leg):
         if not ways.was_seen(corners, sagitta_m):
-            return Checked("leads where nobody has looked", margin)
+            return Checked("leads through unobserved space", margin)
     way, aloof = ways.after_flight(leg.end, leg.end_s, aloof=aloof)
     if way is None:
-        return Checked("leaves no way out", margin)
+        return Checked("leaves no escape", margin)
     if not way.room_m >= KEPT * margin:
-        return Checked("leaves no way out past an intruder", margin)
+        return Checked("leaves no escape past an intruder", margin)
     return Checked("", margin, way, aloof)
 
 

@@ -26,7 +26,7 @@ OFF_HAND_S, MOST_LEAD_S = 1.0, 0.3
 """At the own speed: farther off what is in hand, nobody flies it; and how far ahead of the vehicle
 set-points are at most."""
 NO_GOALS = np.zeros((0, 3))
-NO_PLACE = "wish: no own place yet"
+NO_PLACE = "wish: no own position yet"
 
 WishMaker = Callable[[OwnMotion], Wish]
 """Own motion -> the wish: commands in the body are to be read anew as the nose turns."""
@@ -94,7 +94,7 @@ class GuardSession(Hearing):
 
     def hear_goal(self, _place_m: FloatArray, _wall_s: float) -> str | None:
         """A guardian has no goals of its own."""
-        return "a guardian flies to no goal: whoever commands does"
+        return "a guardian has no goals: send them to what commands it"
 
     # --- out ------------------------------------------------------------------------------
 

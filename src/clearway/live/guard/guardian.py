@@ -50,7 +50,7 @@ from clearway.sensors import AnySensor
 
 LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
-PASSES = "the wish keeps the margin and leaves a way out"
+PASSES = "the wish keeps the margin and leaves an escape"
 WOULD_MEET = "the wish would meet an aircraft before it has passed"
 NEAR_M = 0.3
 """Off what is in hand, at most half a margin: a vehicle that follows it is nearer."""
@@ -103,7 +103,7 @@ class Guardian:
         self.planner = planner_towards(self.escape.flown_by(planner), self._nearness)
         escapes = self.planner.escapes
         if escapes is None:
-            raise ClearwayError(f"guardian: needs ways out; {self.escape.why}")
+            raise ClearwayError(f"guardian: needs escapes; {self.escape.why}")
         if planner.automaton.table is not None and not planner.automaton.has_inertia:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
         self._escapes = escapes
@@ -124,7 +124,7 @@ class Guardian:
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
-        flown = "nothing in hand" if self.held is None else "a way out in hand"
+        flown = "no escape held" if self.held is None else "an escape held"
         return one_line("Guardian", (sensors, flown, f"{self.counts.total()} data left out"))
 
     @property
@@ -383,7 +383,7 @@ class Guardian:
         if goes_on and not threat:
             return None
         if held is not None and held.loop and not threat and self._between_pitches(state):
-            self._why += "; what is in hand is flown on to a pitch that movements keep"
+            self._why += "; the held escape is flown on to a pitch that movements keep"
             return None
         decision = self._decide(wish, state, velocity, now)
         good = decision.choice.basis not in NOT_GOOD and _certain(decision.way_out)
@@ -392,7 +392,7 @@ class Guardian:
             # Between two movements a decision falls back on the way out in hand by itself.
             beside = threat and _certain(decision.way_out)
             if not beside:
-                self._why += "; what is in hand is flown on"
+                self._why += "; the held escape is flown on"
                 return None
         self.held = Held.of_decision(self.planner.automaton, decision)
         classes, at = self.planner.automaton.classes, None

@@ -210,7 +210,7 @@ class OwnStates:
     def latest(self) -> State:
         """Raises ClearwayError if no own state has come yet."""
         if not self._states:
-            raise ClearwayError("no own state yet: update the system with one before deciding")
+            raise ClearwayError("no state estimate yet: update the system with one before deciding")
         return self._states[-1]
 
     def reach_back_to(self, time_s: float) -> bool:

@@ -70,4 +70,4 @@ class SetPointsFollowed:
         if far < LEAST_ASKED * self._speed_mps * lasted:
             return None
         gone = float((window[-1][3] - window[0][3]) @ asked) / far
-        return None if gone >= LEAST_GONE * far else "the vehicle does not move as it is told"
+        return None if gone >= LEAST_GONE * far else "the vehicle does not move as commanded"

@@ -82,7 +82,7 @@ class Session(Hearing):
         goals = check_points("goal", place_m)
         radius = self.system.mission.reach_radius_m
         if self._own is None:
-            return "the own place is not known"
+            return "the own position is not known"
         if not np.all(np.isfinite(goals)):
             return "it is no place"
         if np.linalg.norm(goals[0] - self._own.position_m) > FARTHEST_GOAL_M:

@@ -38,14 +38,14 @@ def explanation(
         what = f"goal {held}" if held.startswith(NOT_REACHABLE) else held
         parts.insert(0, f"holds safely: {what}")
     if decision.goes_narrow:
-        parts.insert(0, "no way out is in hand here, as the mission allows: no guarantee")
+        parts.insert(0, "no escape is held here, as the mission allows: no guarantee")
     if decision.no_way_out:
-        parts.append(f"no way out after {', '.join(decision.no_way_out)}")
+        parts.append(f"no escape after {', '.join(decision.no_way_out)}")
     if decision.way_out is not None and not decision.way_out.certain:
-        parts.append("its way out leads where nobody has looked")
+        parts.append("its escape leads through unobserved space")
     elif decision.way_out is not None and decision.way_out.unobserved_m > 0.0:
         crossed_m = decision.way_out.unobserved_m
-        parts.append(f"its way out crosses {crossed_m:.1f} m where nobody has looked, as allowed")
+        parts.append(f"its escape crosses {crossed_m:.1f} m of unobserved space, as allowed")
     ruled_out = _ruled_out(choice, decision, obstacle_map)
     if ruled_out:
         parts.append(ruled_out)

@@ -52,7 +52,7 @@ class FlightDecision:
         if self.blind_s is not None and self.mode is not Mode.HOLD:
             words += f"; {NOTHING_SENSED} for {self.blind_s:.1f} s"
         if self.in_doubt:
-            words += "; the clock jumped, and the own place is in doubt until its next own state"
+            words += "; the clock jumped: the position is in doubt until the next state estimate"
         if 0.0 < self.false_share <= MOST_FALSE:
             words += f"; {say_false(self.false_share)}"
         if self.traffic is not None and self.traffic.alerts.level:

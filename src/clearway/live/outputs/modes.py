@@ -81,7 +81,7 @@ def _emergency(facts: ModeFacts) -> str:
     decision = facts.decision
     if decision.choice.basis is not Basis.EMERGENCY:
         return ""
-    return f"nothing verified keeps {decision.margin_m:.2f} m, nor is a way out in hand"
+    return f"nothing verified keeps {decision.margin_m:.2f} m, and no escape is held"
 
 
 def _hold(facts: ModeFacts) -> str:
@@ -102,16 +102,16 @@ def _escape(facts: ModeFacts) -> str:
     blind = facts.blind_s is not None and facts.decision.way_out is not None
     if blind or (facts.progress.closed and not after):
         return ""  # Where no way leads on, or nobody sees one, a way out is what it stays in.
-    return f"no way out after {after}" if after else "nothing else is verified"
+    return f"no escape after {after}" if after else "nothing else is verified"
 
 
 def _narrow(facts: ModeFacts) -> str:
     decision = facts.decision
     if facts.bold:
-        return "ways that leave a way out come to nothing: no guarantee, as allowed"
+        return "trajectories that leave an escape make no progress: no guarantee, as allowed"
     if not decision.goes_narrow:
         return ""
-    return f"no room to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"
+    return f"no space to turn after {', '.join(decision.no_way_out)}: no guarantee, as allowed"
 
 
 def _landing(facts: ModeFacts) -> str:
@@ -126,7 +126,7 @@ def _avoidance(facts: ModeFacts) -> str:
     if choice.below_threshold:
         reasons.append(f"{choice.below_threshold} rated too low")
     if decision.no_way_out:
-        reasons.append(f"no way out after {', '.join(decision.no_way_out)}")
+        reasons.append(f"no escape after {', '.join(decision.no_way_out)}")
     return f"cheaper trajectories ruled out: {', '.join(reasons)}" if reasons else ""
 
 
@@ -135,9 +135,9 @@ def _navigation(_facts: ModeFacts) -> str:
 
 
 GUARDS = (
-    Guard(Mode.EMERGENCY, "nothing verified keeps the margin, no way out is in hand", _emergency),
-    Guard(Mode.NARROW, "what leaves no way out is flown, as the mission allows", _narrow),
-    Guard(Mode.ESCAPE, "the way out is flown: nothing else leaves one", _escape),
+    Guard(Mode.EMERGENCY, "nothing verified keeps the margin, and no escape is held", _emergency),
+    Guard(Mode.NARROW, "what leaves no escape is flown, as the mission allows", _narrow),
+    Guard(Mode.ESCAPE, "the held escape is flown: nothing else leaves one", _escape),
     Guard(Mode.HOLD, f"{NO_WAY}, or nothing is seen", _hold),
     Guard(Mode.LANDING, "the last waypoint is behind", _landing),
     Guard(Mode.AVOIDANCE, "cheaper trajectories are ruled out", _avoidance),

@@ -170,4 +170,4 @@ def over_unsure(planner: Planner, start: State) -> str:
         return ""
     off = [f"{start.position_std_m:.3g} m"] if start.position_std_m else []
     off += [f"{np.degrees(start.attitude_std_rad):.3g} deg"] if start.attitude_std_rad else []
-    return f"; own states are off by {' and '.join(off)}, so that single decisions may find none"
+    return f"; state estimates are off by {' and '.join(off)}, so some decisions may find none"

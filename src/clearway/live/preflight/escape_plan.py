@@ -42,7 +42,7 @@ MOST_PLANS = 64
 WIDER_START = 3.0
 """In movements, or margins where these are longer, how far about the start is declared free at most
 where less would leave a vehicle that can stop where it is for ever."""
-UNSURE = "what nobody has seen counts as free: no guarantee"
+UNSURE = "unobserved space counts as free: no guarantee"
 T = TypeVar("T")
 COLUMNS = (
     "as declared by obstacles_span_m, whatever stands between {:g} and {:g} m reaches through all "
@@ -53,11 +53,11 @@ LEVEL = (
     "set safety.obstacles_span_m = [lowest, highest]"
 )
 BUDGETED = (
-    "every decision keeps a way out through space seen to be free, or where there is none, one of "
+    "every decision keeps an escape through observed free space, or where there is none, one of "
     "which at most {:g} m lead through unobserved space: no guarantee, the measured risk stands in "
     "docs/sight.md; "
 )
-FARTHER = "sensors see the body's whole way only from farther on"
+FARTHER = "near the start sensors do not show all space that the body needs"
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class EscapePlan:
         flown = f'"{self.flown}"'
         if self.asked != self.flown:
             flown = f'"{self.asked}" asked for, {flown} flown'
-        return f"ways out {flown}: {self.why}"
+        return f"escape {flown}: {self.why}"
 
 
 def escape_plan(
@@ -193,10 +193,10 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
     asked = planner.settings.escape
     library = planner.escapes
     if asked == Escape.OFF or not planner.settings.verify:
-        return EscapePlan(asked, Escape.OFF, "no way out is asked for")
+        return EscapePlan(asked, Escape.OFF, "no escape is asked for")
     if library is None:
         return EscapePlan(
-            asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
+            asked, Escape.OFF, "no movements of the automaton close a loop or stop: no escapes"
         )
     if asked == Escape.KNOWN:
         return _known(planner, sensors, start)
@@ -220,7 +220,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
     if planner.automaton.can_stop:
         declared_m, step_m = planner.settings.start_free_m, start_room_m(planner)
         needed_m = _start_ball_of(planner, library, sensors, start)
-        would = "no ball about the start would do, a wider field of view may"
+        would = "no ball around the start would do, a wider field of view may"
         if needed_m < np.inf:
             would = f"start_free_m = {needed_m:.3g} would do"
         may_stay = f"{FARTHER}: it may stay where it starts, {would}"
@@ -229,17 +229,17 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
             start_free_m = min(needed_m, most_m)
             widened = settles(with_start_ball(planner, start_free_m), library, sensors, start)
             if widened == 0:
-                after, more = 0, f"; {FARTHER}: {start_free_m:.3g} m about the start count as free"
+                after, more = 0, f"; {FARTHER}: {start_free_m:.3g} m around the start count as free"
             elif any(planner.settings.wind_mps):  # Blown off, it cannot hold there for ever.
                 start_free_m = None
             else:
                 return EscapePlan(asked, Escape.KNOWN, f"{unmapped}{may_stay}; {UNSURE}")
         if needed_m > (start_free_m or declared_m or step_m):
             more = f"{more}; {may_stay}"
-    kept = "every decision keeps a way out through space seen to be free, "
+    kept = "every decision keeps an escape through observed free space, "
     if asked == Escape.BUDGETED:
         kept = BUDGETED.format(planner.settings.unobserved_m)
-    first = f"from movement {after + 1} on straight ahead in empty air"
+    first = f"from movement {after + 1} on if it flies straight ahead in empty air"
     return EscapePlan(
         asked,
         Escape.BUDGETED if asked == Escape.BUDGETED else Escape.STRICT,
@@ -266,12 +266,12 @@ def _from_rest(
         return EscapePlan(asked, Escape.KNOWN, why)
     more = ""
     if needed_m > room_m:
-        more = f"; {FARTHER}: {needed_m:.3g} m about the start count as free"
+        more = f"; {FARTHER}: {needed_m:.3g} m around the start count as free"
     return EscapePlan(
         asked,
         Escape.STRICT,
-        f"{unmapped}every decision keeps an escape that brakes to rest within space seen to be "
-        f"free{_over_drift(planner)}{more}",
+        f"{unmapped}every decision keeps an escape that brakes to rest within observed "
+        f"free space{_over_drift(planner)}{more}",
         within=0,
         start_free_m=needed_m,
     )
@@ -305,7 +305,7 @@ def _past_blind(
     if declared_m is not None:
         why = f"sensors are blind near the start; start_free_m = {needed_m:.3g} would do; {UNSURE}"
         return EscapePlan(plan.asked, Escape.KNOWN, why)
-    why = f"{plan.why}; sensors are blind near: {needed_m:.3g} m about the start count as free"
+    why = f"{plan.why}; sensors are blind near: {needed_m:.3g} m around the start count as free"
     return replace(plan, why=why, start_free_m=needed_m)
 
 
@@ -319,7 +319,7 @@ def _known(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> Es
     seen = _escape_plan(strict, sensors, start)
     if seen.flown != Escape.STRICT:
         return unsure
-    why = f"through space seen to be free while these lead on; where they do not, {UNSURE}"
+    why = f"escapes lead through observed free space while some lead on; then {UNSURE}"
     return replace(seen, asked=Escape.KNOWN, flown=Escape.KNOWN, why=why, insists=True)
 
 
@@ -338,7 +338,7 @@ def _by_map(
     why = f"from ({low}) to ({high}) m the map is declared complete: what it does not show is free"
     outside = "elsewhere only what was seen"
     if seen.flown != Escape.STRICT:
-        outside = f"elsewhere only what was seen, and {seen.why.split('; unseen space', 1)[0]}"
+        outside = f"elsewhere only what was seen, and {seen.why.split('; unobserved space', 1)[0]}"
     return EscapePlan(
         Escape.MAPPED, Escape.MAPPED, f"{why}; {outside}", start_free_m=seen.start_free_m
     )
@@ -362,8 +362,8 @@ def _what_lacks(
     speed = float(np.linalg.norm(planner.settings.wind_mps))
     blown = f" in a wind of {speed:.3g} m/s" if speed else ""
     lacks = (
-        f"no way out of a body of {body:g} m fits into what sensors of {reach:g} m range see{blown}"
-        "; unseen space counts as free, so there is no guarantee"
+        f"no escape of a body of {body:g} m fits into what sensors of {reach:g} m range see{blown}"
+        "; unobserved space counts as free, so there is no guarantee"
     )
     span_m = planner.settings.obstacles_span_m
     if span_m is None and are_level(sensors):

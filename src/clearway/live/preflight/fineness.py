@@ -48,9 +48,9 @@ def too_coarse(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
             f"distance of {distance:.2f} m; {enough}"
         )
     return (
-        f"safety.smallest_object_m = {smallest:g}: at the turning distance of {distance:.2f} m the "
-        f"beams lie {MILLIMETRES * held:.3g} mm apart ({np.degrees(held / distance):.3g} deg), so "
-        f"that something {MILLIMETRES * smallest:.3g} mm thick may stand between them; {enough}, "
+        f"safety.smallest_object_m = {smallest:g}: objects {MILLIMETRES * smallest:.3g} mm thick "
+        f"can be missed at the turning distance of {distance:.2f} m, where the beams lie "
+        f"{MILLIMETRES * held:.3g} mm apart ({np.degrees(held / distance):.3g} deg); {enough}, "
         f"or a smallest object of {np.ceil(MILLIMETRES * held) / MILLIMETRES:g} m"
     )
 
@@ -66,16 +66,15 @@ def what_beams_hold(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
     held = thickness_held_m(planner, lidars)
     if planner.settings.smallest_object_m is not None or not np.isfinite(held):
         return None
-    told = (
-        f"safety.smallest_object_m is not declared: at the turning distance of "
-        f"{turning_distance_m(planner):.2f} m the beams hold things {MILLIMETRES * held:.3g} mm "
-        "thick or more; thinner ones may stand between them"
+    missed = (
+        f"note: objects thinner than {MILLIMETRES * held:.0f} mm can be missed at the turning "
+        f"distance of {turning_distance_m(planner):.1f} m. "
     )
-    smallest_m = smallest_object_m(planner)
+    smallest_m, assumed = smallest_object_m(planner), ""
     if smallest_m > 0.0:
         far_m = max(fine_to_m(lidar, smallest_m) for lidar in lidars)
-        told += f"; {smallest_m:g} m counts, so space is seen to be free up to {far_m:.3g} m"
-    return told
+        assumed = f"{smallest_m:g} m is assumed: beams show free space up to {far_m:.3g} m. "
+    return f"{missed}{assumed}Set safety.smallest_object_m to have this checked"
 
 
 def fine_to_m(lidar: Lidar, smallest_m: float) -> float:

@@ -43,9 +43,9 @@ def expect_of_sight(planner: Planner, sensors: Sequence[AnySensor]) -> str | Non
         return None
     held_up = "most" if range_m < NEAR * circle_m else "about half of the"
     return (
-        f"a turn takes a circle of {circle_m:.3g} m with its margins, and sensors see "
-        f"{range_m:.3g} m, {width_deg:.0f} degrees wide: through gaps narrower than that circle, "
-        f"{held_up} ways come to over 1.5 times the straight one. "
+        f"note: a turn needs a circle of {circle_m:.3g} m with its margins, and sensors see "
+        f"{range_m:.3g} m, {width_deg:.0f} degrees wide. Through gaps narrower than that circle, "
+        f"{held_up} paths take over 1.5 times the straight way. "
         f"{_cures(planner, range_m, circle_m, width_deg)} (docs/sight.md)"
     )
 
@@ -74,7 +74,7 @@ def _cures(planner: Planner, range_m: float, circle_m: float, width_deg: float) 
         *before, last = helps
         listed = f"{', '.join(before)} and {last}" if before else last
         sentences.append(f"{listed} would help")
-    told = "; ".join(sentences) or "slower flight would help"
+    told = ", and ".join(sentences) or "slower flight would help"
     return told[0].upper() + told[1:]
 
 

@@ -2,7 +2,7 @@
 
 While the goal comes nearer, or might, ways out lead through what was seen to be free, as with
 `strict`. Where it has not come nearer for some full circles' time, what nobody has seen counts as
-free and no way out is asked for, until the goal is reached or that has come to nothing as well.
+free and no escape is asked for, until the goal is reached or that has come to nothing as well.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def _draw_above(axes: Axes, found: InPlaceFlight, other: str, flown: FloatArray)
     for name, track in found.others.items():
         if name != found.part.other.address:
             _line(axes, track, (1, 2), THIRD, "-", None)
-    _line(axes, flown, (1, 2), OTHER, "-", f"{other}, while heard of")
+    _line(axes, flown, (1, 2), OTHER, "-", f"{other}, while received")
     goals = found.setup.mission.waypoints_m
     axes.plot(goals[:, 0], goals[:, 1], "s", color=WAYPOINT, markersize=6, label="waypoints")
     for track, colour in ((flown, OTHER), (found.avoiding.track, EXECUTED)):

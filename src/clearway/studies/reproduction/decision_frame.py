@@ -32,7 +32,7 @@ FLOWS = (
     ("Vehicle and sensors", "Sensor fusion", "sensor data, state"),
     ("Sensor fusion", "Avoidance grid", "obstacles"),
     ("Mission plan", "Avoidance grid", "goal waypoint"),
-    ("Rule engine", "Avoidance grid", "constraints, prices"),
+    ("Rule engine", "Avoidance grid", "constraints, costs"),
     ("Avoidance grid", "Movement automaton", "movement buffer"),
     ("Movement automaton", "Vehicle and sensors", "control input"),
 )
@@ -54,7 +54,7 @@ def frame_figure() -> tuple[Exhibit, ...]:
                 + "; ".join(f"{name.lower()} in {' and '.join(r)}" for _, name, r in MODULES)
                 + ".",
                 difference="The rule engine does not choose a goal of escape in the grid: rules "
-                "forbid or price trajectories, and the choice stays with the one cost of all.",
+                "forbid trajectories or add to their cost, and one cost decides among all.",
                 measures=(Measure("rooms of the package named", there, len(rooms), "reference"),),
             ),
             partial(_draw),

@@ -141,9 +141,9 @@ def _static_spread(assessed: Assessed) -> Findings:
         f"the leftmost column, {at}; sums by layer from the top "
         f"{', '.join(f'{value:.3g}' for value in sums)}; cells of layers 1 and 5 outside the three "
         f"columns at the bottom: {sum(int(np.count_nonzero(row)) for row in outer)}.",
-        difference="The shape is the same. (5.31) is a mean over the time in which a cell can be "
-        "met, and a cell that is only grazed gets that of its own instant: as the probability that "
-        "the intruder's path meets the cell at all, the same cells sum to "
+        difference="The shape is that of the paper. (5.31) is a mean over the time in which a cell "
+        "can be met, and a cell that is only grazed gets that of its own instant: as the "
+        "probability that the intruder's path meets the cell at all, the same cells sum to "
         f"{model.meeting.sum():.4g}.",
         measures=(
             *summed(probability, (131, 6.58589, 0.542653), tolerance=1e-4),

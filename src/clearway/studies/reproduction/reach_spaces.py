@@ -91,7 +91,7 @@ def _future_line(assessed: Assessed) -> Findings:
         ours="Of the trajectories that end on the left, where the intruder comes from, "
         f"{left_now:.1%} are wholly free ({left_before:.1%} in fig. 6.5); of those on the right, "
         f"where it goes, {right_now:.1%} ({right_before:.1%}).",
-        difference="Passing ahead becomes dearer, not impossible: the rule turns the preference "
+        difference="Passing ahead costs more, and is not impossible: the rule turns the preference "
         f"to behind the intruder, but {right_now:.0%} of the trajectories ahead, above and below "
         "its line, cost nothing more.",
         measures=(

@@ -122,7 +122,7 @@ def replay_command(result: RiskStudy, model: EncounterModel, planner: str, numbe
             words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
     if settings.layers:
         words += ["--layers", ",".join(str(layer + 1) for layer in settings.layers)]
-    return shlex.join([*words, "-p", planner, "--only", str(number)])
+    return shlex.join([*words, "--planners", planner, "--only", str(number)])
 
 
 def _stretched(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]:

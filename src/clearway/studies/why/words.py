@@ -18,7 +18,7 @@ TO_DO = {
     CrashCause.SEEN_LATE: "fly slower, or take a sensor that sees farther",
     CrashCause.UNDECLARED_WIND: "declare the wind (safety.wind_mps), or fly with a larger margin",
     CrashCause.LATE_DECISION: "act at the first sight",
-    CrashCause.NO_ESCAPE: "fly slower, or enter only where the way out is seen",
+    CrashCause.NO_ESCAPE: "fly slower, or enter only where an escape is seen",
 }
 
 

@@ -75,7 +75,7 @@ class Stage:
         self.flown = axes.plot([], [], color=EXECUTED, linewidth=1.8, label="flown")[0]
         self.plan = axes.plot([], [], color=PLANNED, linewidth=1.6, label="planned")[0]
         self.way = axes.plot(
-            [], [], color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES, label="way out in hand"
+            [], [], color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES, label="held escape"
         )[0]
         goals = scenes.waypoints_m
         axes.plot(goals[:, 0], goals[:, 1], "s", color=WAYPOINT, markersize=6, label="waypoints")

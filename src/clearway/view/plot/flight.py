@@ -221,7 +221,7 @@ def _draw_plane(
     if planned is not None:
         axes.plot(planned[:, a], planned[:, b], color=PLANNED, linewidth=1.8, label="planned")
     for number, way in enumerate(ways):
-        label = ("way out in hand" if len(ways) == 1 else "ways out") if number == 0 else None
+        label = ("held escape" if len(ways) == 1 else "escapes") if number == 0 else None
         axes.plot(
             way[:, a], way[:, b], color=ESCAPE_COLOUR, linewidth=1.3, linestyle=DASHES, label=label
         )

@@ -1,6 +1,6 @@
 // Puts it together: what is shown, time that passes, keys, and the address, which keeps the moment.
 
-const SWITCHES = [["sight", "sight"], ["reach", "reach set"], ["plan", "plan"], ["wayout", "way out"], ["points", "points"],
+const SWITCHES = [["sight", "sight"], ["reach", "reach set"], ["plan", "plan"], ["wayout", "escape"], ["points", "points"],
   ["intruders", "intruders"], ["obstacles", "obstacles"], ["margin", "margin"], ["names", "names"],
   ["follow", "follow"]];
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20];

@@ -154,7 +154,7 @@ class Panel {
   // The way out in hand, and the first movements after which none was found.
   wayOut(made) {
     if (made.way_out === undefined || this.run.mission.summary.escape === "off") return [];
-    const way = made.way_out, parts = [element("h2", "Way out in hand (dashed)")];
+    const way = made.way_out, parts = [element("h2", "Held escape (dashed)")];
     if (way === null) {
       parts.push(element("p", "none"));
     } else {
@@ -164,7 +164,7 @@ class Panel {
         + (way.certain ? "" : ", through space that nobody has seen")));
     }
     if (made.no_way_out.length) {
-      parts.push(element("p", `No way out after ${made.no_way_out.join(", ")}.`));
+      parts.push(element("p", `No escape after ${made.no_way_out.join(", ")}.`));
     }
     return parts;
   }
@@ -198,7 +198,7 @@ function drawLegend(show, run, ghost) {
   const known = new Set(run.mission.obstacles.map((one) => one.known));
   const things = [
     ["flown", "executed", true, !hasSpeeds(run)], ["plan", "planned", true, show.plan],
-    [hasSpeeds(run) ? "escape, to rest" : "way out in hand", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
+    [hasSpeeds(run) ? "escape, to rest" : "held escape", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
     ["seen to be free", "sight", false, show.sight && hasSpeeds(run)],
     ["way to fly", "waypoint", true, true], ["margin", "margin", false, show.margin],
     ["points known", "seen", false, show.points && run.seen],

@@ -117,7 +117,7 @@ class Picked {
     const unnamed = others - (made.ruled_out?.length ?? 0);
     return "Its cells are rated well enough; it costs more than the one taken"
       + (unnamed > 0 ? `, or is one of ${unnamed} that verification ruled out without naming them.`
-        : ", or leaves no way out at its end.");
+        : ", or leaves no escape at its end.");
   }
 
   worstCells(nodes, decision, tree) {
