@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -52,6 +53,10 @@ FORBIDDEN = {
     r"\b20\d\d-\d\d-\d\d\b": "dates stand in results",
 }
 """What is not written, and what is written instead."""
+
+
+MESSAGES = REPOSITORY / "src" / "clearway"
+REFERENCE = DOCS / "missions.md"
 
 
 def prose(text: str) -> str:
@@ -113,6 +118,35 @@ def test_sentences_are_short(page: Path) -> None:
 @pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(REPOSITORY)))
 def test_pages_are_in_the_field_s_words(page: Path) -> None:
     assert not_our_words(page.read_text(encoding="utf-8")) == []
+
+
+def test_the_reference_of_missions_is_in_the_field_s_words() -> None:
+    assert not_our_words(REFERENCE.read_text(encoding="utf-8")) == []
+
+
+def test_messages_are_in_the_field_s_words() -> None:
+    found = {
+        f"{path.relative_to(REPOSITORY)}:{line}": wrong
+        for path in sorted(MESSAGES.rglob("*.py"))
+        for line, text in messages(path.read_text(encoding="utf-8"))
+        if (wrong := not_our_words(text))
+    }
+    assert found == {}
+
+
+def messages(code: str) -> Iterator[tuple[int, str]]:
+    """Lines and texts of a module's string constants of several words, without docstrings."""
+    tree = ast.parse(code)
+    alone = {id(one.value) for one in ast.walk(tree) if isinstance(one, ast.Expr)}
+    for one in ast.walk(tree):
+        constant = isinstance(one, ast.Constant) and id(one) not in alone
+        if constant and isinstance(one.value, str) and " " in one.value.strip():
+            yield one.lineno, one.value
+
+
+def test_messages_are_found_and_docstrings_are_not() -> None:
+    code = 'def f(x):\n    """It is said."""\n    return f"{x} is said by whom", "one"\n'
+    assert list(messages(code)) == [(3, " is said by whom")]
 
 
 @pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(REPOSITORY)))

@@ -202,7 +202,7 @@ def test_who_has_no_way_out_gets_no_guardian() -> None:
     planner = planner_for("stops", "off")
     with pytest.raises(ClearwayError, match="no escape is asked for"):
         cw.Guardian(planner, cw.State(np.zeros(3)))
-    with pytest.raises(ClearwayError, match="no own state"):
+    with pytest.raises(ClearwayError, match="no state estimate"):
         cw.Guardian(planner_for("stops", "known"), cw.State(np.zeros(3))).guard(None, 0.0)
     for wrong in ({"hold_s": 0.0}, {"acceleration_mps2": -1.0}):
         with pytest.raises(InputError):

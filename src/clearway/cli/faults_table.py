@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clearway.cli import tables
+from clearway.cli.tables import WIDE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -60,12 +61,11 @@ def put_table(points: Sequence[Point], page: Path) -> None:
 
 
 def print_table(points: Sequence[Point]) -> None:
-    """For the console."""
-    table = tables.plain_table(COLUMNS, (), title_of(points))
-    table.columns[0].no_wrap = True
-    for row in _rows(points):
-        table.add_row(*row)
-    tables.print_table(table)
+    """Print the points for the console: a line for each fault and variant, its levels below."""
+    print(f"{title_of(points)}; level: arrived with margin")
+    for title, unit, variant, levels in _rows(points):
+        print(f"{title}, {unit}; {variant}")
+        print(textwrap.fill(levels, WIDE, initial_indent="    ", subsequent_indent="    "))
     print(f"{REST.capitalize()}.{_others(points)}")
 
 

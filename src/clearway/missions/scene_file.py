@@ -205,7 +205,7 @@ class SceneReachSetSection(Section):
     spread: Tuning | None = None
     """Nodes kept per cell by the methods that it tunes; see [reach-sets.md](reach-sets.md)."""
     harmonic: Tuning | None = None
-    """The same, of harmonic nodes."""
+    """Harmonic nodes kept per cell; see [reach-sets.md](reach-sets.md)."""
     start_pitch_deg: float | None = Field(default=None, ge=-90.0, le=90.0)
     """Nose down positive; default: the start pitch nearest to the vehicle's."""
     speed_mps: float | None = Field(default=None, gt=0.0, le=FASTEST_MPS)

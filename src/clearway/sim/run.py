@@ -370,7 +370,8 @@ METRICS: Variants[Metric] = Variants(
             lambda run: rounded(float(run.metrics.tracking_m.mean())),
         ),
         "tracking_max_m": Metric(
-            "The same at most.", lambda run: rounded(float(run.metrics.tracking_m.max()))
+            "Distance to the straight legs at most.",
+            lambda run: rounded(float(run.metrics.tracking_m.max())),
         ),
         "climb_m": Metric("Metres climbed.", lambda run: rounded(run.metrics.climb_m)),
         "effort_m2ps3": Metric(

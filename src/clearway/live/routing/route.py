@@ -164,7 +164,7 @@ def _leg(start: Stop, goal: Stop, obstacle_map: ObstacleMap, margin_m: float) ->
             return (
                 f"{goal.name} at {_at(goal.point_m)} cannot be reached from {start.name}: "
                 f"{inside.name} is walled in by {_walls(proof, obstacle_map)}; "
-                f"no way out stays more than {max(proof.clearance_m, 0.0):.2f} m from them, "
+                f"no path stays more than {max(proof.clearance_m, 0.0):.2f} m from them, "
                 f"{margin_m:g} m is needed"
             )
     return ""

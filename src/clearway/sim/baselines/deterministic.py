@@ -62,7 +62,7 @@ def full(craft: Craft) -> ManoeuvreRule:
 
 
 def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
-    """Likewise, with the reach set that clearway itself flies."""
+    """As `deterministic`, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
@@ -72,7 +72,7 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
 
 
 def first_hit(craft: Craft) -> ManoeuvreRule:
-    """Likewise, closed from the first hit on: the most careful that a threshold can be."""
+    """As `deterministic-reduced`, closed from the first hit on: the most careful threshold."""
     return reduced(craft, closing_hits=1)
 
 
