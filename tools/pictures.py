@@ -1,8 +1,9 @@
-"""The pictures of the documentation, drawn by clearway itself: `python -m tools.pictures`."""
+"""Pictures and the film of the documentation, by clearway itself: `python -m tools.pictures`."""
 
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +20,7 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 IMAGES = REPOSITORY / "docs" / "images"
 FAULTS = REPOSITORY / "docs" / "results" / "faults.md"
 TOLD = ("strict", "off")
-"""Ways out of the tables on that page."""
+"""Settings of `escape` that have tables on that page."""
 STREET = REPOSITORY / "examples" / "scenes" / "street.toml"
 RULES = REPOSITORY / "examples" / "missions" / "rules.toml"
 PICTURES = {
@@ -32,6 +33,8 @@ PICTURES = {
     "rules.png": (("fly", str(RULES)), "traffic.png"),
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
+FILM = ("fly", "copter-columns", "--no-plots", "--no-mcap", "--video")
+"""The command that makes the film of README, before the name of its file."""
 COLOURS = 192
 REPLAYS = (
     ("replay.png", "mixed", "t=18"),
@@ -106,6 +109,12 @@ def main() -> None:
     draw_pipeline(IMAGES / "pipeline.svg")
     for name, (command, drawn) in PICTURES.items():
         draw(command, drawn, IMAGES / name)
+    with TemporaryDirectory() as folder:
+        code = "from clearway.cli.app import main; main()"
+        film = Path(folder) / "copter.gif"
+        arguments = [sys.executable, "-c", code, *FILM, str(film), "--out", f"{folder}/run"]
+        subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL)
+        shutil.copyfile(film, IMAGES / film.name)
     for name, mission, moment in REPLAYS:
         show_page(mission, moment, IMAGES / name)
     for path in sorted(IMAGES.glob("*.png")):
