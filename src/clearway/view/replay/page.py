@@ -28,6 +28,7 @@ SCRIPTS = (
     "ghost.js",
     "labels.js",
     "timeline.js",
+    "terms.js",
     "panel.js",
     "plots.js",
     "picking.js",

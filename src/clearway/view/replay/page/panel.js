@@ -5,6 +5,8 @@ function element(tag, text = "", className = "", children = []) {
   if (text) made.textContent = text;
   if (className) made.className = className;
   made.append(...children);
+  const meaning = TERMS[text] ?? TERMS[children.at(-1)];
+  if (meaning) made.title = meaning;
   return made;
 }
 
