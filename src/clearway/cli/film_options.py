@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from clearway.view.replay.reading import Recording
 
 PANEL = "Film"
+OF_VEHICLE = "the vehicle's speed is vehicle.speed_mps of the mission"
 Video = Annotated[
     Path | None,
     typer.Option(help="Film of the flight, .mp4 (by ffmpeg) or .gif.", rich_help_panel=PANEL),
@@ -42,7 +43,9 @@ def film_asked(video: Path | None, fps: int | None, speed: float | None) -> Film
 
     if video is None:
         if fps is not None or speed is not None:
-            raise InputError("--fps" if fps is not None else "--speed", "is for --video FILE")
+            if fps is not None:
+                raise InputError("--fps", "is for --video FILE")
+            raise InputError("--speed", f"is for --video FILE; {OF_VEHICLE}")
         return None
     refuse_unwritable_file(video, "--video")
     return FilmAsked.checked(video, fps, speed)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
+# Of a date and the blank after it.
+DATE_LENGTH = len("2026-01-01 ")
 SLOW_PAIRS = "closest pairs with an aircraft at 40 kt or less, marked *"
 
 
@@ -236,6 +238,13 @@ def _moment(record: Mapping[str, Any], key: str) -> str:
     return f"{utc[:UTC_LENGTH].replace('T', ' ')}Z"
 
 
+def _until(record: Mapping[str, Any]) -> str:
+    """The end of a span, without its date where that is the date of the beginning."""
+    begins, ends = _moment(record, "from"), _moment(record, "to")
+    of_one_day = record["from"] is not None and ends[:DATE_LENGTH] == begins[:DATE_LENGTH]
+    return ends[DATE_LENGTH:] if of_one_day else ends
+
+
 def _counts(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in counts.items()) or "nothing"
 
@@ -271,7 +280,7 @@ def _aircraft_rows(aircraft: Sequence[Mapping[str, Any]], most: int) -> list[lis
                 one["source"],
                 str(one["reports"]),
                 _moment(one, "from"),
-                _moment(one, "to"),
+                _until(one),
                 _altitudes(one),
                 f"{one['altitude_step_m'] / FOOT_M:.0f} ft" if one["altitude_step_m"] else "",
                 gaps,
