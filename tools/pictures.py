@@ -33,7 +33,7 @@ PICTURES = {
     "rules.png": (("fly", str(RULES)), "traffic.png"),
 }
 """Name in the documentation: the command that draws it, and what it calls it."""
-FILM = ("fly", "copter-columns", "--no-plots", "--no-mcap", "--video")
+FILM = ("fly", "copter-columns", "--no-plots", "--fps", "5", "--speed", "2", "--video")
 """The command that makes the film of README, before the name of its file."""
 COLOURS = 192
 REPLAYS = (
