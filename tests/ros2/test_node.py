@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from clearway.ros2.messages import damages, made, pack_message, unpacked
 from clearway.ros2.parameter_file import read_parameters
 from clearway.ros2.parameters import Names
 from clearway.ros2.told import header, point
+from clearway.ros2.transforms import MOST_GAPS, Transforms
 from ros2_for_tests import (
     BEGAN_S,
     RosBench,
@@ -115,7 +117,11 @@ def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
 @pytest.mark.parametrize(
     ("wrong", "reason"),
     [
-        ({"frame": "nowhere"}, "traffic: no transform to the map frame"),
+        (
+            {"frame": "nowhere"},
+            "traffic: no transform from 'nowhere' to 'map': "
+            "'nowhere' comes on neither /tf nor /tf_static",
+        ),
         ({"position": point(np.array([math.nan, 0.0, 0.0]))}, "traffic: no position"),
         ({"radius": -1.0}, "traffic: no position"),
         ({"at_s": 1e6}, "clock: from another time"),
@@ -146,8 +152,8 @@ def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
 def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
     bench.bus.tell("/odom", odometry(BEGAN_S, frame="odom"))
     assert str(bench.tick(0.0).state) == "waiting"
-    assert bench.counts["own place: no transform to the map frame"] == 1
-    assert bench.link.missing()
+    assert [one for one in bench.counts if one.startswith("own place: no transform from 'odom'")]
+    assert any("no transform from 'odom'" in line for line in bench.link.missing())
     for tick in range(1, 4):
         now = 0.1 * tick
         moved = transform("odom", "map", (100.0, 0.0, 0.0), 0.5 * math.pi, BEGAN_S + now)
@@ -164,7 +170,11 @@ def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
 @pytest.mark.parametrize(
     ("frame", "reason"),
     [
-        ("nobody", "cloud: no transform from its frame to the body"),
+        (
+            "nobody",
+            "cloud: no transform from 'nobody' to 'base_link': "
+            "'nobody' comes on neither /tf nor /tf_static",
+        ),
         ("turned", "cloud: its sensor is mounted elsewhere than the mission says"),
     ],
 )
@@ -175,6 +185,26 @@ def test_clouds_of_other_places_are_refused(bench: RosBench, frame: str, reason:
     assert str(bench.tick(0.0).state) == "waiting"
     assert bench.counts[reason] == 1
     assert any(reason in line for line in bench.link.missing())
+
+
+def test_a_gap_between_frames_is_told_by_their_names() -> None:
+    """Frames that are not there, trees that nothing joins, transforms of another time."""
+    frames = Transforms(Counter())
+    frames.take(transform("odom", "map", (0.0, 0.0, 0.0), time_s=5.0), static=False)
+    frames.take(transform("lidar", "mast", (0.0, 0.0, 1.0)), static=True)
+    assert "'base' comes on neither /tf nor /tf_static" in frames.describe_gap("base", "map", 5.0)
+    apart = frames.describe_gap("lidar", "odom", 5.0)
+    assert "one is in 'mast' at last, the other in 'map', and nothing joins them" in apart
+    late = frames.describe_gap("odom", "map", 9.0)
+    assert "'odom' in 'map' comes, but not within 0.5 s of the stamp" in late
+
+
+def test_frames_without_end_are_not_named_without_end() -> None:
+    frames = Transforms(Counter())
+    told = {frames.describe_gap(f"{number}" * 100, "map\n", 0.0) for number in range(100)}
+    assert len(told) == MOST_GAPS + 1
+    assert max(map(len, told)) < 300
+    assert not any("\n" in one for one in told)
 
 
 def test_a_late_transform_of_the_sensor_is_enough() -> None:

@@ -66,7 +66,8 @@ def test_a_wall_before_a_camera_is_avoided_as_one_before_a_lidar() -> None:
 def test_no_transform_no_cloud(bench: RosBench) -> None:
     """A name says how the axes lie, not where the camera sits."""
     assert seen_by(bench, CAMERA, optical(wall())) == ""
-    assert bench.counts["cloud: no transform from its frame to the body"] == 4
+    told = f"{CAMERA!r} comes on neither /tf nor /tf_static"
+    assert bench.counts[f"cloud: no transform from {CAMERA!r} to 'base_link': {told}"] == 4
 
 
 def test_a_camera_that_looks_elsewhere_than_the_mission_says(bench: RosBench) -> None:

@@ -37,12 +37,12 @@ class GuardLink(TopicLink[GuardSession]):
         kind = SET_POINT_KINDS[given.type]
         return [Heard(self.names(given.topic), kind, NEWEST, self._take_wish, True)]
 
-    def _take_wish(self, message: Any, wall_s: float, _topic: str) -> None:
+    def _take_wish(self, message: Any, wall_s: float, topic: str) -> None:
         session, given = self.session, self.parameters
         now = session.clock.now(wall_s)
 
         def place_of(pose: Any) -> FloatArray | None:
-            return self.place_of(pose, now)
+            return self.place_of(pose, now, topic)
 
         speed = given.guard.speed_mps or session.speed_mps
         maker = wish_maker(message, given, speed, place_of)

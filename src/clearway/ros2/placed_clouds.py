@@ -22,7 +22,6 @@ OFF_M, OFF_RAD = 0.02, math.radians(0.5)
 """A sensor mounted farther from where the mission says is not the mission's."""
 WITHIN_S = 0.5
 
-NO_MOUNTING = "cloud: no transform from its frame to the body"
 MOUNTED_ELSEWHERE = "cloud: its sensor is mounted elsewhere than the mission says"
 MOUNTED_OPTICAL = (
     "cloud: attitude_deg of its sensor turns optical axes, which are turned already: it must say "
@@ -32,7 +31,7 @@ ANOTHER_FIELD = (
     "cloud: its points lie where no beam of its sensor looks: `frame` of the cloud states their "
     "axes, body or optical"
 )
-WRONG_FRAMES = (NO_MOUNTING, MOUNTED_ELSEWHERE, MOUNTED_OPTICAL, ANOTHER_FIELD)
+WRONG_FRAMES = (MOUNTED_ELSEWHERE, MOUNTED_OPTICAL, ANOTHER_FIELD)
 EMPTY = "cloud: empty, which says nothing"
 ENOUGH, FEWEST = 20, 0.01
 """Points that tell where a sensor looks, and the share of them that its beams must explain."""
@@ -61,7 +60,7 @@ class PlacedClouds:
         """
         there = self.transforms.of(frame, self._base, time_s)
         if there is None:
-            return NO_MOUNTING
+            return f"cloud: {self.transforms.describe_gap(frame, self._base, time_s)}"
         mounting = self._lidars[name].mounting
         ahead = there
         if is_optical(frame):

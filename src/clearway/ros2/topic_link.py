@@ -35,7 +35,7 @@ from clearway.ros2.parameters import (
 )
 from clearway.ros2.placed_clouds import EMPTY, PlacedClouds
 from clearway.ros2.topic_teller import S, TopicTeller
-from clearway.ros2.transforms import HERE, Transforms, transform_of
+from clearway.ros2.transforms import Transforms, transform_of
 from clearway.sensors import Lidar
 
 FLYING = VehicleStatus(armed=True, follows=True, airborne=True)
@@ -222,8 +222,11 @@ class TopicLink(TopicTeller[S]):
         time_s = self._stamp(message, wall_s, topic)
         if time_s is None or self.session.motion is None:
             return
-        within, frame = self.parameters.map_frame, message.header.frame_id.lstrip("/")
-        there = HERE if frame in ("", within) else self.transforms.of(frame, within, time_s)
+        frame = message.header.frame_id.lstrip("/")
+        there = self.transforms.locate(frame, self.parameters.map_frame, time_s, "traffic")
+        if there is None:
+            self.topics[topic].refused += 1
+            return
         age_s = max(0.0, self.session.clock.now(wall_s) - time_s)
         report = aircraft_in_frame(message, there, age_s, self.counts)
         self._tell_aircraft(report, wall_s, topic)
@@ -234,10 +237,9 @@ class TopicLink(TopicTeller[S]):
         else:
             self.session.hear_aircraft(report, wall_s)
 
-    def place_of(self, pose: Any, now_s: float) -> FloatArray | None:
-        """[3] of a PoseStamped in the map frame; None where nothing ties its frame to it."""
-        within = self.parameters.map_frame
-        frame = pose.header.frame_id.lstrip("/") or within
+    def place_of(self, pose: Any, now_s: float, topic: str) -> FloatArray | None:
+        """[3] of a topic's PoseStamped in the map frame; None where nothing ties its frame."""
+        frame = pose.header.frame_id.lstrip("/")
         found = transform_of(pose.pose.position, told.turned(0.0))
-        there = HERE if frame == within else self.transforms.of(frame, within, now_s)
+        there = self.transforms.locate(frame, self.parameters.map_frame, now_s, topic)
         return None if found is None or there is None else found.then(there).position_m

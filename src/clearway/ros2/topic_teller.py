@@ -19,6 +19,7 @@ from clearway.ros2.kinds import SET_POINT_KINDS, base_of
 from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import Names, NodeParameters, SetPointParameters
 from clearway.ros2.placed_clouds import WRONG_FRAMES
+from clearway.ros2.transforms import NO_TRANSFORM
 
 S = TypeVar("S", bound=Hearing)
 DIAGNOSED_S = 1.0
@@ -130,10 +131,12 @@ class TopicTeller(Generic[S]):
             for topic, heard in self.topics.items()
             if heard.needed and heard.messages == heard.refused
         ]
+        # What else lacked a transform may have got it since.
+        wrong = (*WRONG_FRAMES, f"cloud: {NO_TRANSFORM}")
         return [*found, *self._unheard] + [
             f"{number} x {reason}"
             for reason, number in self.counts.items()
-            if reason in WRONG_FRAMES
+            if reason.startswith(wrong) or (found and f": {NO_TRANSFORM}" in reason)
         ]
 
     def wait(self, seconds: float) -> None:
