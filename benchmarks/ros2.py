@@ -101,6 +101,8 @@ def measured(options: argparse.Namespace, reliable: bool) -> dict[str, Any]:
         while robot.is_alive() and not over.is_set():
             listener.take(0.05)
         lasted_s = time.monotonic() - began
+        if node.poll() is not None:
+            raise SystemExit("the node ended before the clouds did; above, it says why")
         cpu, memory = _cpu_s(node.pid) - cpu, _peak_mb(node.pid)
         time.sleep(1.0)
         node.send_signal(signal.SIGINT)
@@ -140,9 +142,7 @@ def _node(
     (folder / "mission.toml").write_text(MISSION)
     (folder / "p.yaml").write_text(PARAMETERS.format(reliable=str(reliable).lower()))
     words = ["-m", "clearway", "ros2", str(folder / "p.yaml"), "--backend", options.node, "--json"]
-    node = subprocess.Popen(
-        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
+    node = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     try:
         yield node
     finally:
