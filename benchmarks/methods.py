@@ -26,7 +26,7 @@ LATENCIES_S = (0.0, 1.0)
 @cache
 def setup_with(method: str) -> FlightSetup:
     """The static mission with another reach set."""
-    return prepare(read_mission_file("static-obstacles").changed("reach_set", method=method))
+    return prepare(read_mission_file("static-obstacles").with_values("reach_set", method=method))
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,7 @@ class PastGrounds:
     def cells(self) -> CellAssessment:
         """What was known of the cells."""
         planner, settings = self.planner, self.planner.settings
-        evidence = Evidence(planner.grid, *self.evidence.unpacked())
+        evidence = Evidence(planner.grid, *self.evidence.unpack())
         return assess_cells(
             evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
         )
@@ -126,7 +126,7 @@ def past(decision: Decision) -> Decision:
                 evidence.coated,
                 evidence.seen,
             ),
-            found.prepared,
+            found.prepare_reach_set,
             PastHazards(decision.state.time_s, found.shapes, hazards.moving, hazards.left_out_m),
             PackedVoxels.of(decision.seen_m, planner.grid.range_m / VOXELS_IN_RANGE),
         )
@@ -156,7 +156,7 @@ def _past_way(way: WayOut | None) -> WayOut | None:
 
 
 def _only(packed: PackedArrays) -> FloatArray:
-    (array,) = packed.unpacked()
+    (array,) = packed.unpack()
     return array
 
 
@@ -165,7 +165,7 @@ def bytes_of(decision: Decision) -> int:
     points, paths = decision.hazards.points, decision.prepared.paths
     returns = points.position_m.nbytes + points.radius_m.nbytes
     sets = decision.found_again.planner.prepared_sets
-    made = sets.made() if isinstance(sets, Lazily) else sets
+    made = sets.iterate_made() if isinstance(sets, Lazily) else sets
     shared = any(paths is one.paths for _, one in made)
     own = 0 if shared else paths.samples_m.nbytes + paths.sagitta_m.nbytes
     return SMALL_BYTES + int(OF_RETURNS * returns + OF_PATHS * own)

@@ -35,7 +35,7 @@ def is_own_code(name: str) -> bool:
     return ":" in name
 
 
-def located(name: str, folder: Path | None = None) -> str:
+def locate_own(name: str, folder: Path | None = None) -> str:
     """The name with its file written out where it lies in `folder` or the current folder.
 
     So it is found again from anywhere; installed modules stay as they are.
@@ -98,12 +98,12 @@ def guard_call(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
         except OwnCodeError:
             raise
         except Exception as cause:
-            raise OwnCodeError(label, raised(cause, function)) from cause
+            raise OwnCodeError(label, describe_raised(cause, function)) from cause
 
     return call
 
 
-def raised(cause: BaseException, function: Callable[..., Any] | None = None) -> str:
+def describe_raised(cause: BaseException, function: Callable[..., Any] | None = None) -> str:
     """What was raised, and where: the innermost line of the user's file, else of any."""
     frames = traceback.extract_tb(cause.__traceback__)
     own = getattr(inspect.unwrap(function), "__code__", None) if function is not None else None
@@ -173,7 +173,7 @@ def _module(label: str, place: str, folder: Path | None) -> ModuleType:
 
 
 def _importing(cause: BaseException, file: Path | None) -> str:
-    return f"importing {'it' if file is None else file} {raised(cause)}"
+    return f"importing {'it' if file is None else file} {describe_raised(cause)}"
 
 
 def _from_file(label: str, file: Path) -> ModuleType:
@@ -225,7 +225,7 @@ def look_beside(folders: Sequence[str]) -> None:
         sys.meta_path.append(_NEIGHBOURS)
 
 
-def looked_beside() -> tuple[str, ...]:
+def list_looked_beside() -> tuple[str, ...]:
     """The folders of `look_beside`, for another process."""
     return tuple(_NEIGHBOURS.folders)
 

@@ -112,9 +112,9 @@ def _first_problems(
     data: object, model: type[BaseModel], context: Any, root: str = ""
 ) -> list[str]:
     """Problems of the data with every long list and table cut short."""
-    short = _shortened(data)
+    short = _shorten(data)
     if isinstance(data, Mapping) and isinstance(short, dict):
-        short |= {key: _shortened(data[key]) for key in model.model_fields if key in data}
+        short |= {key: _shorten(data[key]) for key in model.model_fields if key in data}
     try:
         model.model_validate(short, context=context)
     except ValidationError as error:
@@ -122,11 +122,11 @@ def _first_problems(
     return []
 
 
-def _shortened(value: object) -> object:
+def _shorten(value: object) -> object:
     if isinstance(value, Mapping):
-        return {key: _shortened(inner) for key, inner in islice(value.items(), SHORT_TABLE)}
+        return {key: _shorten(inner) for key, inner in islice(value.items(), SHORT_TABLE)}
     if isinstance(value, (list, tuple)):
-        return [_shortened(inner) for inner in value[:SHORT_LIST]]
+        return [_shorten(inner) for inner in value[:SHORT_LIST]]
     return value
 
 

@@ -18,7 +18,7 @@ from clearway.live.plan import Plan
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 
 
-def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
+def find_danger(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
     """By what the plan lacks the margin from now on; None if it keeps it, and without a plan.
 
     A movement that is finished only before a way out ends before there is anything to be said."""

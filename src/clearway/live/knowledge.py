@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.escape.terms import limit_carried_m
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.rate.route_field import RouteField
@@ -21,24 +21,24 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, measure_length
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
-from clearway.live.dynamic_objects import unreported
+from clearway.live.dynamic_objects import find_unreported
 from clearway.live.inputs.clock import Clock
 from clearway.live.inputs.own_scatter import OwnScatter
-from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, split_velocity
+from clearway.live.inputs.own_states import Flown, OwnStates, carry_state_on, split_velocity
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
 from clearway.live.inputs.reports import reports_for
 from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
-from clearway.live.mission import Mission, Progress, advanced
-from clearway.live.routing.no_way import closed_or_not
+from clearway.live.mission import Mission, Progress, advance_progress
+from clearway.live.routing.no_way import note_whether_closed
 from clearway.live.routing.route_planner import RoutePlanner
 from clearway.live.routing.seen_planner import SeenPlanner
 from clearway.live.routing.timed_route import (
-    known_besides,
+    find_known_clearance,
+    make_seen_planner,
     route_planner_for,
-    seen_planner_for,
     suits,
 )
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -98,7 +98,7 @@ class Knowledge:
         if planner.automaton.has_inertia:
             self.route_planner = route_planner_for(planner, mission, obstacle_map)
         elif self.sensing.free_space is not None:
-            self.seen_routes = seen_planner_for(planner, mission, obstacle_map)
+            self.seen_routes = make_seen_planner(planner, mission, obstacle_map)
         self._asked_first_s: float | None = None
         self._reports = reports_for(settings, planner.speed_mps)
 
@@ -113,14 +113,14 @@ class Knowledge:
         """Take another mission, begun now by the own clock."""
         self.mission, self.progress = mission, Progress(nearest_s=now_s)
         if self.route_planner is not None or "known_routes" in self.__dict__:
-            besides = known_besides(self.planner, mission, self.obstacle_map)
+            besides = find_known_clearance(self.planner, mission, self.obstacle_map)
             self.known_routes.begin_anew(besides)
         if self.seen_routes is not None:
             if suits(self.seen_routes, self.planner, mission):
-                besides = known_besides(self.planner, mission, self.obstacle_map)
+                besides = find_known_clearance(self.planner, mission, self.obstacle_map)
                 self.seen_routes.begin_anew(besides)
             else:
-                self.seen_routes = seen_planner_for(self.planner, mission, self.obstacle_map)
+                self.seen_routes = make_seen_planner(self.planner, mission, self.obstacle_map)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -194,7 +194,7 @@ class Knowledge:
             self.sensing.free_space.forget()
             self.counts["state: the own place jumped; what was seen to be free is forgotten"] += 1
         self.clock.settle(state.time_s)
-        self.progress = advanced(
+        self.progress = advance_progress(
             self.mission,
             self.progress,
             state.position_m,
@@ -221,7 +221,7 @@ class Knowledge:
             return False
         settings = self.planner.settings
         if flown_m is not None:
-            off_m = self.wind.unexplained_m(latest, state, flown_m)
+            off_m = self.wind.measure_unexplained_m(latest, state, flown_m)
         else:
             moved_m = measure_length(state.position_m - latest.position_m)
             off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
@@ -266,7 +266,7 @@ class Knowledge:
         if velocity is None:
             carried, motion = self.flown.carry(latest, now), self.flown.motion_at(now)
         else:
-            carried, motion = moved_on(latest, velocity, now), split_velocity(velocity)
+            carried, motion = carry_state_on(latest, velocity, now), split_velocity(velocity)
         return automaton.in_class(carried, None if motion is None else classes.class_near(*motion))
 
     def blind_s(self, now: float) -> float | None:
@@ -305,9 +305,9 @@ class Knowledge:
         here = self.here(state, now)
         known = here._asdict() | {
             "detections": detections,
-            "remembered": self.sensing.remembered_near(
+            "remembered": self.sensing.list_remembered_near(
                 state.position_m,
-                widest_margin_m(self.planner, here) + carried_m(self.planner, here),
+                widest_margin_m(self.planner, here) + limit_carried_m(self.planner, here),
             ),
             "obstacle_map": self.obstacle_map,
             "intruders": self._traffic(state, now),
@@ -317,13 +317,13 @@ class Knowledge:
         }
         # What came was checked when it came; only sensors of someone else's may tell anything.
         if all(type(each) is Detection for each in detections):
-            return Situation.trusted(frame=frame or GridFrame.of(state), **known)
+            return Situation.trust(frame=frame or GridFrame.of(state), **known)
         return Situation(**known)
 
     def _route_from(self, state: State) -> RouteField | None:
         """The time to go to the waypoint; None where no way there is known."""
         routes = self.route_planner
-        if routes is None or self.progress.done(self.mission):
+        if routes is None or self.progress.is_done(self.mission):
             return None
         place_m, known = state.position_m, self.sensing.remembered
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
@@ -331,11 +331,11 @@ class Knowledge:
         target_m = self.progress.target(self.mission)
         field, is_known = routes.field(place_m, target_m, asked_m)
         if self.followed:
-            progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            progress = note_whether_closed(self.progress, state.time_s, is_known=is_known)
             closes = progress.closed and not self.progress.closed
             if closes and routes.look_closer(place_m, target_m):
                 field, is_known = routes.field(place_m, target_m, asked_m)
-                progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+                progress = note_whether_closed(self.progress, state.time_s, is_known=is_known)
             self.progress = progress
             if is_known:
                 routes.in_vain.note(place_m, state.time_s, field)
@@ -349,7 +349,7 @@ class Knowledge:
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),
-            from_m=self.progress.left(self.mission),
+            from_m=self.progress.find_left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * self.clock.doubt_s
@@ -373,4 +373,4 @@ class Knowledge:
         reported, left_out = self._reports.intruders(state, now_s)
         if left_out:
             self.counts.update(left_out)
-        return reported + unreported(self.sensing.dynamic_objects, reported)
+        return reported + find_unreported(self.sensing.dynamic_objects, reported)

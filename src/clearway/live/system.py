@@ -33,7 +33,7 @@ from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight.escape_plan import escape_plan
-from clearway.live.recovery.dead_end import kept_up, out_of_dead_end
+from clearway.live.recovery.dead_end import keep_up, out_of_dead_end
 from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -78,7 +78,7 @@ class AvoidanceSystem:
         kind_of("avoidance system: mission", mission, Mission)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which ways out this flight keeps in hand, and why."""
-        self.planner = planner = self.escape.flown_by(planner)
+        self.planner = planner = self.escape.adapt_planner(planner)
         self.obstacle_map = obstacle_map
         self._known = Knowledge(planner, mission, lidars, obstacle_map)
         self.counts = self._known.counts
@@ -204,10 +204,10 @@ class AvoidanceSystem:
             # Where nothing leads on.
             commitment = replace(commitment, stood=STANDING_IS_WANTED, stays=True)
         decision = decide(planner, situation, commitment=commitment)
-        self._watch.decided_for(situation)
-        picture = self._looked_at(situation)
+        self._watch.note_decision(situation)
+        picture = self._look_at_traffic(situation)
         self._follow(decision, now, begins_s)
-        return self._told_of(decision, now, now_s, scan_age, picture)
+        return self._describe_flight(decision, now, now_s, scan_age, picture)
 
     def keep_up(self, now_s: float) -> None:
         """Do what is soon due beside decisions; for whoever has time between them."""
@@ -215,14 +215,14 @@ class AvoidanceSystem:
         if self.planner.automaton.has_inertia:
             prepare_next(self.planner, self._known.flown.class_at(now))
             return
-        self.progress = kept_up(self._known, self._known.own_states.latest, now)
+        self.progress = keep_up(self._known, self._known.own_states.latest, now)
 
     def _blind_s(self, now: float) -> float | None:
         """For how long no sensor has told anything, where ways out rest on what they tell."""
         rests = self.escape.flown in (*BY_SIGHT, Escape.KNOWN)
         return self._known.blind_s(now) if rests else None
 
-    def _looked_at(self, situation: Situation) -> TrafficPicture | None:
+    def _look_at_traffic(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""
         volumes = self.planner.settings.alert_volumes
         if volumes is None:
@@ -242,7 +242,7 @@ class AvoidanceSystem:
         self._known.flown.then(self._plan.buffer, at)
         self._known.news, self._known.unchecked = "", False
 
-    def _told_of(
+    def _describe_flight(
         self,
         decision: Decision,
         now: float,
@@ -326,17 +326,17 @@ class AvoidanceSystem:
     def buffer(self) -> MovementBuffer:
         """The movements decided last, with their times; what is past of them is flown (6.2)."""
         buffer, clock = self._plan.buffer, self._known.clock
-        return buffer.shifted(clock.told) if clock.shifted else buffer
+        return buffer.shift(clock.to_stated) if clock.shifted else buffer
 
     @property
     def holds_until_s(self) -> float:
         """Until when the plan may be flown without a new decision; -inf before the first one."""
-        return self._known.clock.told(self._plan.holds_until_s)
+        return self._known.clock.to_stated(self._plan.holds_until_s)
 
     def escape_ends_s(self, time_s: float) -> float | None:
         """When the escape held at a time has been flown, as `Plan.escape_ends_s`."""
         ends_s = self._plan.escape_ends_s(self._known.clock.own(time_s))
-        return None if ends_s is None else self._known.clock.told(ends_s)
+        return None if ends_s is None else self._known.clock.to_stated(ends_s)
 
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time: of the plan decided last, from that decision to the plan's end.
@@ -368,7 +368,7 @@ class AvoidanceSystem:
         """
         situation, scan_age = self._situation(self._known.catch_up(now_s))
         if self._known.clock.shifted:
-            told = self._known.clock.told
+            told = self._known.clock.to_stated
             situation = replace(
                 situation,
                 state=replace(situation.state, time_s=told(situation.state.time_s)),

@@ -55,7 +55,7 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
         parts += [] if file.columns.known == "map" else [columns]
         charted += [] if file.columns.known == "world" else columns.charted
     if file.point_cloud is not None:
-        cloud, notes = _surveyed(file.point_cloud)
+        cloud, notes = _make_surveyed(file.point_cloud)
         parts.append(cloud)
     told = ObstacleMap([*charted, *maps.charted], complete_m=_complete_m(file))
     there_is = parts[0] if len(parts) == 1 else CombinedWorld(parts)
@@ -86,7 +86,7 @@ def _complete_m(file: MissionFile) -> FloatArray | None:
     return np.array(declared)
 
 
-def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
+def _make_surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
     """A surveyed place as balls at its points, and what was left out of it."""
     from clearway.io.scans.scan_formats import read_points
 

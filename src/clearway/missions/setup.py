@@ -92,7 +92,7 @@ class FlightSetup:
     @property
     def dangers(self) -> frozenset[Danger]:
         """What can be hit, by who tells of it: what stands there, and what flies."""
-        found = {_told_by(one, seen=bool(self.sensors)) for one in self.script}
+        found = {_find_danger(one, seen=bool(self.sensors)) for one in self.script}
         if self.recorded is not None:
             found.add(REPORTED_TRAFFIC)
         return self.standing | found
@@ -166,7 +166,7 @@ class FlightSetup:
 
     def fly(self, on_decision: OnDecision | None = None) -> Run:
         """Refuse or fly."""
-        return self._flown(self.system(), on_decision)
+        return self._fly(self.system(), on_decision)
 
     def fly_with(
         self,
@@ -181,14 +181,14 @@ class FlightSetup:
         reading of the sensors.
         """
         pilot = pilot_named(planner, self.system(), self.craft, folder)
-        run = self._flown(pilot, on_decision, scans=scans)
+        run = self._fly(pilot, on_decision, scans=scans)
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
         """As `fly`, but nothing of the recorded traffic is told to the ownship."""
-        return self._flown(self.system(), None, deaf=True)
+        return self._fly(self.system(), None, deaf=True)
 
-    def _flown(
+    def _fly(
         self,
         pilot: Pilot[D],
         on_decision: OnDecision[D] | None,
@@ -268,7 +268,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     )
 
 
-def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
+def _find_danger(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
     reported = REPORTED_TRAFFIC if intruder.transponder else frozenset()
     return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 

@@ -91,7 +91,7 @@ class Columns:
         center = (*middle, self.ground_m - 0.5 * GROUND_M[2])
         return (*self.obstacles, Obstacle.cuboid(center, GROUND_M, name="ground"))
 
-    def moved(self, shift_m: npt.ArrayLike, yaw_rad: float) -> Columns:
+    def move(self, shift_m: npt.ArrayLike, yaw_rad: float) -> Columns:
         """Return the columns turned about the vertical axis of the origin, then shifted by [3]."""
         x, y, z = np.asarray(shift_m, dtype=np.float64)
         rows, cosine, sine = self.rows_m.copy(), np.cos(yaw_rad), np.sin(yaw_rad)

@@ -88,7 +88,7 @@ class Px4OwnState:
         world_from_body = ENU_FROM_NED @ ned_from_frd @ FRD_FROM_FLU
         attitude = attitude_from_rotation(world_from_body)
         return OwnMotion(
-            _sampled_s(message),
+            _find_sampling_s(message),
             enu_from_ned(place_ned) + self.world_from_local_m,
             enu_from_ned(velocity),
             float(attitude[2]),
@@ -109,7 +109,7 @@ class Px4OwnState:
         self.why_reset = f"PX4's estimator has jumped ({what})"
 
 
-def _sampled_s(message: Any) -> float:
+def _find_sampling_s(message: Any) -> float:
     told_s, sampled_s = 1e-6 * int(message.timestamp), 1e-6 * int(message.timestamp_sample)
     return sampled_s if 0.0 <= told_s - sampled_s <= SAMPLED_S else told_s
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from clearway.px4.mode import FIRST_MODE, HOLD, OFFBOARD, SET_NAV_STATE, TRAJECTORY, text_of
 from clearway.px4.releases import Release, format_hash
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 
 QUESTION_S: Final = 0.3
 """Between two arming checks."""
@@ -238,4 +238,4 @@ class Commander:
 
     def _tell(self, message: str, now_s: float, **fields: Any) -> None:
         kind = self.release.kind(message)
-        self.send(message, made(kind, timestamp=round(1e6 * now_s), **fields))
+        self.send(message, make_message(kind, timestamp=round(1e6 * now_s), **fields))

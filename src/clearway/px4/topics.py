@@ -27,7 +27,7 @@ from clearway.px4.own_state import Px4OwnState
 from clearway.px4.releases import Release
 from clearway.ros2.bus import SENSOR, USUAL, Quality, TopicBus
 from clearway.ros2.kinds import Heard
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.setup import NodeSetup
 from clearway.ros2.topic_link import TopicLink
@@ -117,10 +117,13 @@ class Px4Topics(TopicLink[S]):
             heard.append(Heard(topic, kind, SENSOR, self._take_distances, True))
         return heard
 
-    def _told(self) -> list[tuple[str, str, Quality]]:
+    def _list_published(self) -> list[tuple[str, str, Quality]]:
         into = (name for name in self.release.messages if "/fmu/in/" in self.release.topic(name))
         told = [(self.topic(name), self.release.kind(name), USUAL) for name in into]
-        return [*super()._told(), *(one for one in told if one[0] != self._set_point_topic)]
+        return [
+            *super()._list_published(),
+            *(one for one in told if one[0] != self._set_point_topic),
+        ]
 
     def topic(self, message: str) -> str:
         """The topic of a message of PX4's."""
@@ -275,7 +278,7 @@ class Px4Topics(TopicLink[S]):
         if not self.leads:
             return
         kind = self.release.kind("TrajectorySetpoint")
-        told = unpacked(message, kind) if isinstance(message, bytes) else message
+        told = unpack_cdr(message, kind) if isinstance(message, bytes) else message
         raw = self.in_local_frame(told)
         self.own_set_points.note_sent(raw)
         super().publish(name, raw)

@@ -78,12 +78,12 @@ class PlacedClouds:
         def scan(_state: State, _heading: float) -> Scan:
             placed = points.points_m
             if deskew and points.later_s is not None and len(placed):
-                placed = self._deskewed(name, placed, points.later_s, time_s)
+                placed = self._deskew(name, placed, points.later_s, time_s)
             return Scan(placed, time_s, sensor=name)
 
         return scan
 
-    def _deskewed(
+    def _deskew(
         self, name: str, points_m: FloatArray, later_s: FloatArray, time_s: float
     ) -> FloatArray:
         """Points as they would have come all at the stamp."""

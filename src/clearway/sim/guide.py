@@ -50,7 +50,7 @@ class Guide:
         self._movement, self._began_s = movement, now_s
         self._ends_s = now_s + movement.duration_s
 
-    def asked_from(self, now_s: float) -> Asked:
+    def ask_from(self, now_s: float) -> Asked:
         """What is asked a time from now on; past the plan's end, what it asks for there."""
 
         def asked(later_s: float) -> Reference:

@@ -18,7 +18,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.prepared import Ends, PreparedReachSet, complete_ends
 from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.rate.goal import Arrival, Goal, arrival
-from clearway.avoidance.rate.reach_rating import untouched
+from clearway.avoidance.rate.reach_rating import find_untouched
 from clearway.avoidance.rate.route_field import PlacedRoute
 from clearway.avoidance.rules.rule import Ruling
 from clearway.base.arrays import Bools, Floats, Ints
@@ -151,14 +151,14 @@ def price_candidates(
             f"terminal cost: must give [{len(ends.nodes)}] numbers, one for every node it is asked "
             f"of; it gave {list(np.shape(to_go_m))}"
         )
-    candidates = priced_ends(
+    candidates = cost_ends(
         ends,
         np.ascontiguousarray(to_go_m, dtype=np.float64),
         goal,
         arrived.reached,
         grazing_of(arrived, goal),
         rated.reach.node_rating,
-        untouched(reach_set, rated.cells.evidence.coated),
+        find_untouched(reach_set, rated.cells.evidence.coated),
         float(reach_set.grid.range_m),
         make_weights(prices, before, prepared),
     )
@@ -252,7 +252,7 @@ def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReach
 
 
 @compiled
-def priced_ends(
+def cost_ends(
     ends: Ends,
     to_go: Floats,
     goal: Goal,
@@ -313,7 +313,7 @@ def among(candidates: Candidates, keep: BoolArray) -> Candidates:
     )
 
 
-def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
+def apply_rules(candidates: Candidates, ruling: Ruling) -> Candidates:
     """The candidates with what rules forbid and price."""
     nodes = candidates.nodes
     cost_m = candidates.cost_m + ruling.price_m[nodes]

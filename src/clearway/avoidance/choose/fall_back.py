@@ -65,7 +65,7 @@ class FallBack:
             return None
         for share in (1.0, *LESSER_MARGINS) if self.before.blind else (1.0,):
             for way in self._with_share(ways, share):
-                taken = self._flown(way, ())
+                taken = self._fly_escape(way, ())
                 if taken.good and self.leaving.room_ahead_m(way) >= share * ways.margin_m:
                     return taken
         return None
@@ -77,13 +77,13 @@ class FallBack:
         if look is not None:
             return look
         if self._waits():
-            known = self._unseen(taken)
+            known = self._choose_across_unobserved(taken)
             if known.good and known.way_out is not None and known.choice.basis is not Basis.NARROW:
                 return known
         too_near: Taken | None = None
         beside = self._beside_intruders(taken)
         for way in self._ways_out():
-            flown = self._flown(way, taken.banned)
+            flown = self._fly_escape(way, taken.banned)
             if flown.good:
                 if beside is not None and self._is_farther_off(beside, way):
                     return beside
@@ -92,7 +92,7 @@ class FallBack:
         beside = beside or too_near
         if beside is not None:
             return beside
-        return self._unseen(taken) if ways.strict else taken
+        return self._choose_across_unobserved(taken) if ways.strict else taken
 
     def look_all_round(self, taken: Taken) -> Taken:
         """A turn on the spot, always to the same side, in place of a movement that stands where
@@ -212,10 +212,10 @@ class FallBack:
             if way is not None:
                 whole = replace(way, begins=(self.leaving.name(movement), *way.begins))
                 if self.leaving.room_ahead_m(whole) >= ways.margin_m:
-                    return self._flown(whole, banned)
+                    return self._fly_escape(whole, banned)
         return None
 
-    def _unseen(self, taken: Taken) -> Taken:
+    def _choose_across_unobserved(self, taken: Taken) -> Taken:
         """What leaves a way out if what nobody has seen is free; else what was taken.
 
         Who has had no certain one for longer than it takes where nothing stands in the way stays
@@ -261,11 +261,11 @@ class FallBack:
         ways = self.ways
         held = self.held if self.held is not None and not self.held.certain else None
         if ways.under_way is not None:
-            way = ways.finished(held, strict=False)
+            way = ways.finish_movement(held, strict=False)
         else:
             way = None if held is None else ways.holds(held, strict=False)
         way = way or ways.now(strict=False)
-        return None if way is None else self._flown(way, banned)
+        return None if way is None else self._fly_escape(way, banned)
 
     def _ways_out(self) -> Iterator[WayOut]:
         """Ways out that begin now, the surest first.
@@ -293,8 +293,8 @@ class FallBack:
         a movement first those that finish it."""
         held = self.held if self.held is not None and self.held.certain else None
         if ways.under_way is not None:
-            finished = None if held is None else ways.finished(held, share=share)
-            fresh = ways.finished(None, share=share) if finished is None else finished
+            finished = None if held is None else ways.finish_movement(held, share=share)
+            fresh = ways.finish_movement(None, share=share) if finished is None else finished
             if fresh is not None:
                 yield fresh
             held = None
@@ -306,7 +306,7 @@ class FallBack:
             if fresh is not None:
                 yield fresh
 
-    def _flown(self, way: WayOut, banned: tuple[str, ...]) -> Taken:
+    def _fly_escape(self, way: WayOut, banned: tuple[str, ...]) -> Taken:
         """A way out as what is flown now, as an emergency where an intruder is too near to it.
 
         Where the reach set lacks its first movement (a small one may have no room for holding),

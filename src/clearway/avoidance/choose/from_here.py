@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.clear.verify import sloping
-from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.escape.terms import limit_carried_m
 from clearway.avoidance.plan.evidence import InReach, gather_in_reach
 from clearway.avoidance.plan.floor import above_floor
 from clearway.avoidance.plan.held_escape import Escape
@@ -32,16 +32,16 @@ class FromHere:
 
     __repr__ = brief
 
-    def prepared(self) -> PreparedReachSet:
+    def prepare_reach_set(self) -> PreparedReachSet:
         """What could be flown."""
-        return prepared_from(self.planner, self.situation)
+        return prepare_here(self.planner, self.situation)
 
     def shapes(self) -> Shapes:
         """Of the map, in the grid frame."""
-        return near_from(self.planner, self.situation, self.prepared()).hazards.shapes
+        return near_from(self.planner, self.situation, self.prepare_reach_set()).hazards.shapes
 
 
-def prepared_from(planner: Planner, situation: Situation) -> PreparedReachSet:
+def prepare_here(planner: Planner, situation: Situation) -> PreparedReachSet:
     """What can be flown, and how it is to be verified: in this wind, above this floor."""
     settings = planner.settings
     prepared = planner.prepared_at(situation.state)
@@ -70,6 +70,6 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
 
 def near_from(planner: Planner, situation: Situation, prepared: PreparedReachSet) -> InReach:
     """What is around, as far as trajectories and escapes lead."""
-    escapes_to_m = planner.escape_reach_m + carried_m(planner, situation)
+    escapes_to_m = planner.escape_reach_m + limit_carried_m(planner, situation)
     reach_m = max(prepared.reach_m, escapes_to_m)
     return gather_in_reach(planner, situation, reach_m, planner.horizon_s)

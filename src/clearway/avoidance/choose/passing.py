@@ -143,7 +143,7 @@ def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...
     return (Rule(SIDE, off_side), Rule(STEADILY, unsteady))
 
 
-def noted(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
+def note_passing(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
     """Notes of a mission's rules, and of these where they decided."""
     return tuple(note for note in notes if note.decided or note.name not in (SIDE, STEADILY))
 

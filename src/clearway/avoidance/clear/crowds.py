@@ -115,7 +115,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     if best < stop:
         return best, 2, index
     # Among very many, what may be nearer by so much at most does not matter.
-    alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
+    alike, least, many = ALIKE_M if _count_near(span, off, best) > FEW else -ROUNDING_M, best, 0
     crossings, crossing, size = crowd.crossings, 0, way_size(corners)
     for m in range(_note_nearer(span, off, best + ROUNDING_M, crowd.near)):
         s = crowd.near[m]
@@ -166,7 +166,7 @@ def _among_crossings(
 
 
 @compiled
-def _left(span: Span, off: Floats, best: float) -> int:
+def _count_near(span: Span, off: Floats, best: float) -> int:
     """How many shapes could be nearer than that to a movement, by the ball around it."""
     many = 0
     for s in range(len(off)):

@@ -84,7 +84,7 @@ def chain_unseen_m(
 
 
 @compiled
-def unobserved_along(
+def measure_unobserved(
     movements: Ints, start: int, pose: Floats, start_s: float, legs: Legs, terms: EscapeTerms
 ) -> float:
     """Metres of movements one after the other, from an attitude and a pose [4], about which nobody

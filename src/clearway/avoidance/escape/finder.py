@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.escape.chains import chain_room, rounds
 from clearway.avoidance.escape.legs import (
     EscapeTerms,
-    carried,
+    carry_leg,
     leg_keeps,
     leg_room,
     leg_unseen_m,
@@ -221,7 +221,7 @@ class WaysOut:
             return True
         legs, at, terms = self._legs, self._start, self._terms
         end_s = float(legs.duration_s[movement])
-        corners = carried(STANDING, legs.path[at, movement], (0.0, end_s), terms)
+        corners = carry_leg(STANDING, legs.path[at, movement], (0.0, end_s), terms)
         around_m = float(legs.sagitta_m[at, movement]) + unsure_after(end_s, terms)
         return bool(keeps_aloof(corners, around_m, share * self._full_m, self._surface_m, terms))
 
@@ -257,10 +257,10 @@ class WaysOut:
         terms = self._with(strict, share * self._full_m)
         begins = self._search.numbers(way.begins)
         if after is None:
-            return self._search.held(way, begins, self._here, terms)
-        return self._search.held(way, np.append(after, begins), self._here, terms, skipped=1)
+            return self._search.keep_held(way, begins, self._here, terms)
+        return self._search.keep_held(way, np.append(after, begins), self._here, terms, skipped=1)
 
-    def finished(
+    def finish_movement(
         self, way: WayOut | None, *, strict: bool = True, share: float = 1.0
     ) -> WayOut | None:
         """A way out that begins with what is left of the movement under way: goes on with one that
@@ -283,7 +283,7 @@ class WaysOut:
         if way is None:
             found = self._first(there, terms)
         else:
-            found = self._search.held(way, self._search.numbers(way.begins), there, terms)
+            found = self._search.keep_held(way, self._search.numbers(way.begins), there, terms)
         if found is None:
             return None
         return replace(

@@ -88,7 +88,7 @@ def leg_room(samples: int, shapes: Shapes) -> LegRoom:
 
 
 @compiled
-def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Floats2:
+def carry_leg(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Floats2:
     """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4] and carried by
     the wind; poses are those in still air."""
     corners = np.empty((len(path) + 1, 3))
@@ -98,7 +98,7 @@ def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Fl
 
 @compiled
 def lay_out_leg(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
-    """Fill in `carried`."""
+    """Fill in `carry_leg`."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
     last = len(path)
     for axis in range(3):

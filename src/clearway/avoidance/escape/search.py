@@ -10,9 +10,9 @@ from clearway.avoidance.escape.beginnings import (
     UNKNOWN,
     Begun,
     Tips,
+    begin_at,
     begin_keeps_margin,
     begin_was_seen,
-    begun_at,
     lead_up_to,
     miss_beginning,
     place_beginning,
@@ -97,7 +97,7 @@ def first_escape(
     beginnings whose ends nobody has seen, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
-    begun = begun_at(pose, start_s, tips, terms)
+    begun = begin_at(pose, start_s, tips, terms)
     wind, chain = wind_of(terms), chain_for(LONGEST, legs, terms.shapes)
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
@@ -373,7 +373,7 @@ def _is_clear_of_returns(
 
 @compiled
 def _is_clear(placed: Floats, unseen: float, terms: EscapeTerms) -> bool:
-    """Whether about a place, by `placed_at`, so much was seen: quick to tell that what begins or
+    """Whether about a place, by `place_pose`, so much was seen: quick to tell that what begins or
     ends there did not."""
     x, y, z = placed[0], placed[1], placed[2]
     return is_free(terms.seen, x, y, z, NEARLY * unseen)

@@ -40,7 +40,7 @@ def make_escape_terms(
         strict,
         settings.body_radius_m + grown,
         budget_m,
-        unseen_places(budget_m, library.automaton),
+        count_unobserved_places(budget_m, library.automaton),
         near.margin_m,
         margin_slope(settings, situation),
         state.position_m,
@@ -57,7 +57,7 @@ def make_escape_terms(
     )
 
 
-def unseen_places(budget_m: float, automaton: MovementAutomaton) -> int:
+def count_unobserved_places(budget_m: float, automaton: MovementAutomaton) -> int:
     """Return how many ends of movements an escape may have in unobserved space.
 
     Between two of them the way between counts as not seen: a first look, which passes over some
@@ -76,7 +76,7 @@ def in_wind_s(library: EscapeLibrary) -> float:
     return IN_WIND_TURNS * STANDING_TURN * max(each.duration_s for each in automaton.movements)
 
 
-def carried_m(planner: Planner, situation: Situation | Here) -> float:
+def limit_carried_m(planner: Planner, situation: Situation | Here) -> float:
     """How far wind, or a tilt that no loop closes with, may carry a way out."""
     library = planner.escapes
     if library is None:

@@ -56,7 +56,7 @@ def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArra
     return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
-def suited_prices(
+def suit_prices(
     settings: AvoidanceSettings, automaton: MovementAutomaton, grid: AvoidanceGrid
 ) -> Prices:
     """Return the prices of the settings, as they suit a vehicle and its field of view."""
@@ -137,7 +137,7 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
-        prices = suited_prices(settings, automaton, library.grid)
+        prices = suit_prices(settings, automaton, library.grid)
         if automaton.has_inertia:
             if stage_cost is length_and_prices:
                 stage_cost = partial(time_flown_m, automaton=automaton)
@@ -178,7 +178,7 @@ class Planner:
             rating=rating,
         )
 
-    def changed(self, **settings: Any) -> Planner:
+    def with_values(self, **settings: Any) -> Planner:
         """The same planner with other values of its settings, but for `prices`, which are part of
         the prepared costs already."""
         return replace(self, settings=replace(self.settings, **settings))
@@ -204,7 +204,7 @@ class Planner:
     @cached_property
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
-        return suited_prices(self.settings, self.automaton, self.grid)
+        return suit_prices(self.settings, self.automaton, self.grid)
 
     @property
     def threshold(self) -> float:

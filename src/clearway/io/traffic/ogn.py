@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
-from clearway.io.foreign import unended
+from clearway.io.foreign import note_unended
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
     NO_ADDRESS,
@@ -79,7 +79,7 @@ def read_ogn(source: str, content: bytes) -> TrafficRecording:
     """
     sieve, days = Sieve(source), Days()
     lines = content.decode("utf-8", "replace").splitlines()
-    sieve.notes.extend(unended(content))
+    sieve.notes.extend(note_unended(content))
     undated = False
     for number, line in enumerate(lines, start=1):
         text = line.strip()

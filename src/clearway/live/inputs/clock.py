@@ -49,7 +49,7 @@ class Clock:
         """A told time in own time."""
         return told_s + self._offset_s if self._offset_s else told_s
 
-    def told(self, own_s: float) -> float:
+    def to_stated(self, own_s: float) -> float:
         """An own time as it is told."""
         return own_s - self._offset_s if self._offset_s else own_s
 

@@ -40,7 +40,7 @@ def split_velocity(velocity_mps: FloatArray) -> tuple[float, float]:
     return float(np.hypot(velocity_mps[0], velocity_mps[1])), float(velocity_mps[2])
 
 
-def moved_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
+def carry_state_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
     """A state carried straight on to a time by its velocity [3], and turned into its course; one
     that is slow keeps its heading."""
     level_mps, _ = split_velocity(velocity_mps)

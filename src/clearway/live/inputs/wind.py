@@ -138,7 +138,7 @@ class WindEstimate:
         """Of the latest window."""
         return _columns(self._latest.rows)
 
-    def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
+    def measure_unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
         """How far off an own state lies that no wind explains, neither the present one nor that of
         the last step; arguments as of `take`."""
         x, y, z = (after.position_m - flown_m).tolist()

@@ -75,7 +75,7 @@ class EscapePlan:
     insists: bool = field(default=False, repr=False)
     """With `known`: whether ways out through seen space are insisted on while these lead on."""
 
-    def flown_by(self, planner: Planner) -> Planner:
+    def adapt_planner(self, planner: Planner) -> Planner:
         """A planner that flies so.
 
         Who asks for a smaller margin than the body's radius does not ask to be touched: where a way
@@ -92,7 +92,7 @@ class EscapePlan:
             settings = replace(settings, start_free_m=start_free_m)
         return planner if settings is planner.settings else replace(planner, settings=settings)
 
-    def unseen_is_free(self) -> EscapePlan:
+    def count_unobserved_as_free(self) -> EscapePlan:
         """For who never insists: what nobody has seen counts as free from the start."""
         return replace(self, insists=False, why=UNSURE) if self.insists else self
 
@@ -144,7 +144,7 @@ def _escape_plan_of(
         return _by_map(planner, tuple(sensors), complete_m, start)
     place = start.position_m.tobytes() + start.attitude_rad[2:].tobytes()
     key = _content(planner, sensors)
-    return _kept(_plans, key and key + place, lambda: _escape_plan(planner, tuple(sensors), start))
+    return _keep(_plans, key and key + place, lambda: _escape_plan(planner, tuple(sensors), start))
 
 
 _plans: dict[bytes, EscapePlan] = {}
@@ -153,7 +153,7 @@ _start_balls_m: dict[bytes, float] = {}
 """How wide the start ball of a vehicle that can stop has to be, from wherever it starts."""
 
 
-def _kept(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
+def _keep(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
     """What is kept under a key, or found now; without a key always the latter."""
     if key is None:
         return find()
@@ -186,7 +186,7 @@ def _start_ball_of(
         settings = replace(planner.settings, obstacles_span_m=lowered_m)
         planner = replace(planner, settings=settings)
     key = _content(planner, sensors)
-    return _kept(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
+    return _keep(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
 
 
 def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
@@ -199,7 +199,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
             asked, Escape.OFF, "no movements of the automaton can be flown for ever without room"
         )
     if asked == Escape.KNOWN:
-        return _known(planner, sensors, start)
+        return _settle_unobserved(planner, sensors, start)
     unmapped = "no map is declared complete; " if asked == Escape.MAPPED else ""
     if not sensors:
         return EscapePlan(
@@ -309,13 +309,15 @@ def _past_blind(
     return replace(plan, why=why, start_free_m=needed_m)
 
 
-def _known(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
+def _settle_unobserved(
+    planner: Planner, sensors: tuple[AnySensor, ...], start: State
+) -> EscapePlan:
     """Where what nobody has seen may count as free; what can stop, and who pays nothing for want of
     room, insists on no more than that."""
     unsure = EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
     if planner.automaton.can_stop or price_of(planner.prices.no_room) == 0.0:
         return unsure
-    strict = planner.changed(escape=Escape.STRICT)
+    strict = planner.with_values(escape=Escape.STRICT)
     seen = _escape_plan(strict, sensors, start)
     if seen.flown != Escape.STRICT:
         return unsure
@@ -327,7 +329,7 @@ def _by_map(
     planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray, start: State
 ) -> EscapePlan:
     """Where a map is declared complete."""
-    strict = planner.changed(escape=Escape.STRICT)
+    strict = planner.with_values(escape=Escape.STRICT)
     seen = _escape_plan_of(strict, sensors, None, start)
     if seen.flown == Escape.OFF:
         return replace(seen, asked=Escape.MAPPED)

@@ -45,7 +45,7 @@ def early_way(
         return ()
     if len(flown_m) > 1 and _leads_past(cells, np.stack([position_m, *flown_m]), goal_m):
         return tuple(flown_m[:-1])
-    route = routes.seen_route(position_m, goal_m, flown_m)
+    route = routes.find_seen_route(position_m, goal_m, flown_m)
     corners = np.concatenate([position_m[None], route.corners_m])
     if not route.reaches or not _leads_past(cells, corners, goal_m):
         return ()

@@ -45,8 +45,8 @@ class Insistence:
     """Who decides from moment to moment: a planner that insists, or one that does not."""
 
     def __init__(self, planner: Planner) -> None:
-        self._careful = planner.changed(escape=Escape.STRICT)
-        self._bold = planner.changed(escape=Escape.OFF)
+        self._careful = planner.with_values(escape=Escape.STRICT)
+        self._bold = planner.with_values(escape=Escape.OFF)
         self._now = Boldness()
 
     @property

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
-from clearway.base.compiled import sealed
+from clearway.base.compiled import seal
 from clearway.base.frames import FloatArray
 from clearway.live.routing.field.clearance_speed import SpeedRule, speeds_of
 from clearway.live.routing.field.closer_look import (
@@ -139,9 +139,9 @@ class RoutePlanner:
                 break
         widths = levels.width_m * 2.0 ** np.arange(levels.depth)
         field = RouteField(
-            sealed(cells_of(space, time)),
-            sealed(cells_of(space, speed)),
-            sealed(levels.low * widths[:, None]),
+            seal(cells_of(space, time)),
+            seal(cells_of(space, speed)),
+            seal(levels.low * widths[:, None]),
             levels.width_m,
             levels.lowest_m,
             levels.layer_m,

@@ -25,7 +25,7 @@ from clearway.live.routing.field.cell_prices import (
     prices_of,
 )
 from clearway.live.routing.field.cell_way import cells_down, corners_on, middles_of
-from clearway.live.routing.field.clearance_speed import barred_within
+from clearway.live.routing.field.clearance_speed import find_barred_clearance
 from clearway.live.routing.field.known_space import BaseClearance, RouteCells
 from clearway.live.routing.field.seen_marking import mark_seen
 from clearway.live.routing.route_planner import LONGER, RoutePlanner, RouteSettings
@@ -153,7 +153,7 @@ class SeenPlanner(RoutePlanner):
 
     # --- ways -----------------------------------------------------------------------------
 
-    def seen_route(
+    def find_seen_route(
         self, vehicle_m: FloatArray, goal_m: FloatArray, flown_m: Sequence[FloatArray] = ()
     ) -> SeenRoute:
         """Return the cheapest way from a vehicle [3] to a goal [3], as far as is known.
@@ -257,7 +257,7 @@ class SeenPlanner(RoutePlanner):
         far = int(np.ceil(reach_m / layout.width_m))
         at = np.floor(place_m[:2] / layout.width_m).astype(np.int64) - levels.low[0]
         about = tuple(slice(max(0, mid - far), max(0, mid + far + 1)) for mid in at.tolist())
-        barred_m = barred_within(levels, 0, self._rule_of_price.closed_m)
+        barred_m = find_barred_clearance(levels, 0, self._rule_of_price.closed_m)
         stands = self.space.clearance_m.reshape(shape)[0][about] < barred_m
         free = self.space.seen.reshape(shape)[0][about].any(axis=(0, 1))
         free &= ~stands.any(axis=(0, 1))

@@ -130,7 +130,7 @@ def build_lattice(
         for movement in automaton.movements:
             path = _path(automaton, movement, roll, pitch, steps)
             reached = -1
-            if automaton.allowed([0.0, 0.0, 0.0, roll, pitch, 0.0], movement, last):
+            if automaton.is_allowed([0.0, 0.0, 0.0, roll, pitch, 0.0], movement, last):
                 reached = index_of(float(path[-1, 3]), float(path[-1, 4]), movement)
             row.append((reached, path))
         rows.append(row)

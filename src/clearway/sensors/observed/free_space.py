@@ -50,7 +50,7 @@ from clearway.sensors.observed.kept_views import KeptViews
 from clearway.sensors.observed.seen_space import SeenSpace
 from clearway.sensors.observed.view_shape import view_shape
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
-from clearway.sensors.range_sensor import LidarSensor, RangeSensor, passed_by
+from clearway.sensors.range_sensor import LidarSensor, RangeSensor, find_passed
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
 MOST_ASKED, MOST_STEPS = 20_000, 48
@@ -227,7 +227,7 @@ class FreeSpace:
         half = np.full(len(unseen), HALF_DIAGONAL * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
         places = np.asarray((about[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
-        passed = unseen[passed_by(sensor, scan, state, places, half, beyond)]
+        passed = unseen[find_passed(sensor, scan, state, places, half, beyond)]
         for voxels in (whole, self._free):
             np.bitwise_or.at(voxels, (a[passed], b[passed], word[passed]), bit[passed])
 

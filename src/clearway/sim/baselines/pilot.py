@@ -88,4 +88,4 @@ class BaselinePilot:
 
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, from the last decision on; None outside what it says."""
-        return self._buffer.held_from(time_s, TIME_TOLERANCE_S)
+        return self._buffer.find_held(time_s, TIME_TOLERANCE_S)

@@ -33,7 +33,7 @@ class Routes:
     cost_m: FloatArray
     """[routes] ascending."""
 
-    def flown(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
+    def fly_to(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
         """The manoeuvre that flies to a node."""
         return Manoeuvre(self.prepared.reach_set.movements_to(node), reason, mode)
 

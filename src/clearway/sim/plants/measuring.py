@@ -127,7 +127,7 @@ def measure_plant(
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
     pairs = measure_pairs(asked, [one for flight in made for one in flight], steady)
-    tube_m = fit_tube(_left_out(asked, flights, steady), max(pairs.spread_m.values(), default=0.0))
+    tube_m = fit_tube(_leave_out(asked, flights, steady), max(pairs.spread_m.values(), default=0.0))
     measured = pairs.fly(asked, tube_m)
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
@@ -174,7 +174,7 @@ def _steady(
     plant = kind.make(np.zeros(6), automaton.start_mps, Air(settings.wind_mps))
     movement = automaton[name]
     for _ in range(SETTLES):
-        flown = _flown(plant, movement, name)
+        flown = _fly(plant, movement, name)
     return flown.path
 
 
@@ -197,13 +197,13 @@ def _flight(
     names = round_of_pairs(automaton.names, rng)
     flown = []
     for position, name in enumerate(names):
-        one = _flown(plant, automaton[name], names[position - 1])
+        one = _fly(plant, automaton[name], names[position - 1])
         if position:
             flown.append(one)
     return flown
 
 
-def _flown(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
+def _fly(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
     steps = max(STEPS, int(np.ceil(movement.duration_s / STEP_S / STEPS - 1e-9)) * STEPS)
     plant.begin(movement)
     before = np.array(plant.state, dtype=np.float64)
@@ -211,14 +211,14 @@ def _flown(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
     for step in range(1, steps + 1):
         plant.step(movement.duration_s / steps)
         if step % (steps // STEPS) == 0:
-            path[step // (steps // STEPS) - 1] = _seen_from(before, np.array(plant.state))
+            path[step // (steps // STEPS) - 1] = _see_from(before, np.array(plant.state))
     after = np.array(plant.state, dtype=np.float64)
     if not np.all(np.isfinite(after)):
         raise ClearwayError(f"measuring: the plant flew {movement.name} to {after.tolist()}")
     return FlownMovement(previous, movement.name, path, before, after)
 
 
-def _seen_from(start: FloatArray, state: FloatArray) -> FloatArray:
+def _see_from(start: FloatArray, state: FloatArray) -> FloatArray:
     off = state - start
     cosine, sine = np.cos(start[5]), np.sin(start[5])
     return np.array(
@@ -255,7 +255,7 @@ def _errors(
     return np.array(errors)
 
 
-def _left_out(
+def _leave_out(
     asked: MovementAutomaton,
     flights: Sequence[Sequence[FlownMovement]],
     steady: Mapping[str, FloatArray],

@@ -75,7 +75,7 @@ class EncounterTally:
     @property
     def hidden(self) -> str:
         """What of an encounter the planner cannot know, in words; empty for nothing."""
-        return PLANNERS.named(self.planner).hidden([REPORTED_TRAFFIC])
+        return PLANNERS.find(self.planner).describe_hidden([REPORTED_TRAFFIC])
 
     @property
     def mean_aside_m(self) -> float:
@@ -256,7 +256,7 @@ def fly_encounters(
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
-    work = partial(_outcomes, settings, PLANNERS.located(planner))
+    work = partial(_outcomes, settings, PLANNERS.locate(planner))
     for some in run_in_processes(work, chunks, workers):
         done += some
         report(len(some))

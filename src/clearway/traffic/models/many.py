@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled, read_only, sealed
+from clearway.base.compiled import compiled, read_only, seal
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
@@ -57,7 +57,7 @@ class Intruders(Sequence[Intruder]):
             _rows([i.position_m for i in intruders], 3),
             _rows([i.velocity_mps for i in intruders], 3),
             _rows([i.spread_rad for i in intruders], 2),
-            sealed(np.array([_numbers_of(each) for each in intruders], dtype=np.float64)),
+            seal(np.array([_numbers_of(each) for each in intruders], dtype=np.float64)),
         )
 
     @overload
@@ -72,7 +72,7 @@ class Intruders(Sequence[Intruder]):
         if not self.moved:
             return self.told[index]
         numbers = self.numbers[index].tolist()
-        return self.told[index].moved(
+        return self.told[index].move(
             self.position_m[index], self.velocity_mps[index], numbers[POSITION_STD], numbers[TIME]
         )
 
@@ -109,14 +109,14 @@ class Intruders(Sequence[Intruder]):
         """By the range of a grid."""
         return {}
 
-    def seen_at(self, state: State, world_from_body: FloatArray) -> Intruders:
+    def see_at(self, state: State, world_from_body: FloatArray) -> Intruders:
         """Each predicted to the time of a state (`Intruder.at`) and seen from it (`seen_from`).
 
         world_from_body: [3, 3] the state's rotation, worked out once.
         """
         here = map(read_only, (state.position_m, world_from_body))
         told = (self.position_m, self.velocity_mps, self.numbers)
-        position, velocity, numbers = map(sealed, _seen(*told, float(state.time_s), *here))
+        position, velocity, numbers = map(seal, _see(*told, float(state.time_s), *here))
         return Intruders(self.told, position, velocity, self.spread_rad, numbers, moved=True)
 
     def balls(
@@ -166,7 +166,7 @@ def _motions(position: Floats2, velocity: Floats2, least_mps: float) -> tuple[Fl
 
 
 @compiled
-def _seen(
+def _see(
     position: Floats2,
     velocity: Floats2,
     numbers: Floats2,

@@ -150,7 +150,7 @@ def closest_points(
     pairs, rows = np.unique(pair[order], return_index=True)
     nearest = order[rows]
     time_s = (start + share * (end - start))[nearest]
-    values = _told(tracks, one[nearest], two[nearest], time_s)
+    values = _list_columns(tracks, one[nearest], two[nearest], time_s)
     found = np.full((len(values), len(first)), np.nan)
     found[:, pairs] = values
     return ClosestPoints(*found)
@@ -191,7 +191,7 @@ def _pieces(
     )  # fmt: skip
 
 
-def _told(
+def _list_columns(
     tracks: JoinedTracks, one: IntArray, two: IntArray, time_s: FloatArray
 ) -> list[FloatArray]:
     """All that is said of moments [n], in the order of the fields of ClosestPoints."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.base.made import TimedPlaces
-from clearway.base.state import BoolArray, IntArray, State, frozen_array
+from clearway.base.state import BoolArray, IntArray, State, freeze_array
 from clearway.obstacles.obstacle import Obstacle
 from clearway.traffic import Intruder
 from clearway.traffic.recorded.aircraft import FASTEST_RECORDED_MPS, LONGEST_GAP_S, Aircraft
@@ -46,9 +46,9 @@ class PlayedTrack:
 
     def __post_init__(self) -> None:
         for name in ("time_s", "velocity_std_mps"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.time_s),)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (len(self.time_s),)))
         for name in ("position_m", "velocity_mps"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.time_s), 3)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (len(self.time_s), 3)))
         silence = np.diff(self.time_s)
         level = np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1)
         known = (silence <= LONGEST_GAP_S) & (level <= FASTEST_RECORDED_MPS * silence)
@@ -131,7 +131,7 @@ def _report(track: PlayedTrack, at: int) -> Intruder:
     )
 
 
-def played_track(
+def play_track(
     aircraft: Aircraft,
     origin_geodetic: npt.ArrayLike,
     from_s: float,

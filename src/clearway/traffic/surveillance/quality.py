@@ -69,12 +69,12 @@ class Surveillance:
         if problems:
             raise InputError(f"surveillance {self.name}", list(dict.fromkeys(problems)))
 
-    def stated_m(self, range_m: float) -> float:
+    def find_stated_m(self, range_m: float) -> float:
         """Horizontal deviation that a report states, or that is known of the sensor."""
         level = math.hypot(self.bias_m, self.drift_m, self.noise_m)
         return max(math.hypot(level, self.bearing_rad * range_m), 1e-3)
 
-    def stated_height_m(self, range_m: float) -> float:
+    def find_stated_height_m(self, range_m: float) -> float:
         """Deviation of height, its steps included."""
         told = math.hypot(self.altitude_noise_m, self.altitude_step_m / math.sqrt(12.0))
         return max(math.hypot(told, self.altitude_bias_m, self.elevation_rad * range_m), 1e-3)

@@ -69,7 +69,7 @@ class Manoeuvres:
         """Forget all others."""
         self._heard = {name: heard for name, heard in self._heard.items() if name in names}
 
-    def shown_by(self, name: str, intruder: Intruder) -> Intruder:
+    def with_manoeuvre(self, name: str, intruder: Intruder) -> Intruder:
         """The intruder with the manoeuvre that it has shown."""
         heard = self._heard.get(name)
         if heard is None or not heard.seen:

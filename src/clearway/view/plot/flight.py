@@ -24,7 +24,7 @@ from clearway.view.plot.space import (
     frame_space,
     limits_around,
     name_height,
-    stacked_views,
+    stack_views,
     within,
 )
 from clearway.view.plot.style import halo
@@ -66,12 +66,12 @@ def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
     for when in sorted(approaches):
         before = np.flatnonzero((times <= when) & (times >= when - apart))
         if len(before):
-            blocked = np.array([_blocked_cells(run.decisions[index]) for index in before])
+            blocked = np.array([_count_blocked_cells(run.decisions[index]) for index in before])
             chosen.append(int(before[np.flatnonzero(blocked >= 0.5 * blocked.max())[-1]]))
     return chosen
 
 
-def _blocked_cells(entry: LoggedDecision) -> int:
+def _count_blocked_cells(entry: LoggedDecision) -> int:
     reach = entry.flight.decision.reach
     return int(np.count_nonzero(reach.passed & (reach.reachability == 0.0)))
 
@@ -81,7 +81,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     entry = run.decisions[-1 if index is None else index]
     until = run.time_s[-1] if index is None else entry.flight.time_s
     flown = run.states[run.time_s <= until + 1e-9, :3]
-    seen = _seen(run.decisions, until)
+    seen = _find_seen(run.decisions, until)
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
     ways = _ways_out(run, index)
@@ -98,7 +98,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     space = figure.add_subplot(panels[0], projection="3d")
     assert isinstance(space, Axes3D)
     _draw_space(space, run, flown, planned, seen, outline, ways, limits)
-    above, side = stacked_views(figure, panels[1], limits)
+    above, side = stack_views(figure, panels[1], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
     handles, labels = above.get_legend_handles_labels()
@@ -121,7 +121,7 @@ def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
     return [held[at].way_out_path_m for at in few.tolist()]
 
 
-def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
+def _find_seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
     """[n, 3] returns used by the decisions until then, world frame, thinned to a drawable few."""
     used = [entry.flight.decision for entry in decisions if entry.flight.time_s <= until_s + 1e-9]
     ends = np.cumsum([len(decision.seen_m) for decision in used])

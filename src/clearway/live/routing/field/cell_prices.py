@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints2
 from clearway.base.compiled import compiled
-from clearway.live.routing.field.clearance_speed import BARRED_M, barred_within
+from clearway.live.routing.field.clearance_speed import BARRED_M, find_barred_clearance
 from clearway.live.routing.field.route_levels import Levels, middle_of
 
 UNOBSERVED_COST = 2.0
@@ -59,7 +59,7 @@ def prices_of(
     n, layers = levels.n, levels.layers
     price = np.empty(len(clearance_m))
     for level in range(levels.depth):
-        barred = barred_within(levels, level, rule.closed_m)
+        barred = find_barred_clearance(levels, level, rule.closed_m)
         first = level * n * n * layers
         for above in range(n * n):
             column, stands = first + above * layers, False
