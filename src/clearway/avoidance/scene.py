@@ -270,7 +270,7 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
 
 
 def situation_of(scene: Scene) -> Situation:
-    """The scene as a decision would be told of it; its waypoint is where the vehicle is."""
+    """The scene as it would be reported to a decision; its waypoint is where the vehicle is."""
     state = scene.state
     grid_from_body = GridFrame.of(state).grid_from_body(state)
     detections = tuple(

@@ -20,7 +20,7 @@ from clearway.base.errors import ClearwayError
 Kind = TypeVar("Kind")
 
 LARGEST = 1e9
-"""Nothing that is said in metres, metres a second or radians is larger."""
+"""Nothing that is stated in metres, metres a second or radians is larger."""
 LATEST_S = 1e11
 """No time is farther from its epoch: seconds since 1970 fit, milliseconds do not."""
 HIGHEST_M = 1e5

@@ -1,7 +1,7 @@
 """Functions of users, named `module:name` or `file.py:name` where clearway's own have a name.
 
 A module is looked for in the folder of the file that names it, in the current folder, and among
-installed packages. What it does wrong is told as OwnCodeError: which, where, why.
+installed packages. What it does wrong is reported as OwnCodeError: which, where, why.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def callable_own(label: str, found: Any, takes: Sequence[str]) -> Callable[..., 
 
 
 def guard_call(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function; what it raises is told as OwnCodeError with file and line."""
+    """The function; what it raises is reported as OwnCodeError with file and line."""
 
     @functools.wraps(function, updated=())
     def call(*values: Any, **named: Any) -> Any:

@@ -51,7 +51,7 @@ def freeze_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.
+    """Own state estimate of the vehicle (4.1), world frame, with what is known of its accuracy.
 
     Raises InputError naming every value that cannot be used: not finite, out of range, or a
     deviation below 0, by which some say "unknown".

@@ -22,7 +22,7 @@ Fit = Callable[[str, Any], V]
 
 
 class Variants(Mapping[str, V], Generic[V]):
-    """The variants of one kind by name, in the order in which they are told."""
+    """The variants of one kind by name, in the order in which they are reported."""
 
     def __init__(self, kind: str, built_in: Mapping[str, V], fit: Fit[V] | None = None) -> None:
         """fit: makes a variant of what `module:name` gives; None where own ones have no place."""

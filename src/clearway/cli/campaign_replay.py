@@ -1,4 +1,4 @@
-"""One flight of a campaign once more: with logs and pictures, and held against its row."""
+"""One flight of a campaign once more: with logs and pictures, and checked against its row."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, say
 
 AVOIDING = ("safe", "crashed", "min_distance_m", "margin_violations", "emergencies")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

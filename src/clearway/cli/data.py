@@ -72,7 +72,7 @@ def _choose_files(parts: list[str]) -> list[PublicFile]:
 
 
 def _fetch(files: list[PublicFile], folder: Path) -> None:
-    """Bring all that is missing; what cannot be brought is told at the end, each by itself."""
+    """Bring all that is missing; what cannot be brought is reported at the end, each by itself."""
     from clearway.base.errors import ClearwayError, SeveralErrors
     from clearway.io.public_data import fetch_file
     from clearway.io.results_folder import refuse_unwritable

@@ -34,7 +34,7 @@ CSV_COLUMNS = (
     "kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner", "aside_m",
 )  # fmt: skip
 AVOIDING = ("kept", "share", "wilson_95", "verdict", "min_distance_m", "with_emergency", "failures")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def encounters(

@@ -254,7 +254,7 @@ def _in_words(run: Run[Steering]) -> str:
 
 
 def _ways_out_in_words(run: Run[Steering]) -> str:
-    """Which ways out were kept in hand, from when on, and how often there was none."""
+    """Which escapes were held, from when on, and how often there was none."""
     summary = run.summary()
     plan, begins, without = (
         run.ways_out,

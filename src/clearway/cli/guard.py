@@ -79,7 +79,7 @@ def guard(
         bool, typer.Option("--json", help="Print one JSON object on standard output.")
     ] = False,
 ) -> None:
-    """Let commands pass while a way out is behind them, else fly the nearest that is safe."""
+    """Let commands pass while an escape is behind them, else fly the nearest that is safe."""
     listens_s = BUS_CHECK_S if connect is None else ASKED_S
     lasts = listens_s if check and duration is None else duration
     node: NodeRun | _MavlinkNode

@@ -108,7 +108,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
 
 
 def run_program(app: Callable[[], object]) -> None:
-    """The whole program: what nobody foresaw is told in a line too, exit status 70.
+    """The whole program: what nobody foresaw is reported in a line too, exit status 70.
 
     CLEARWAY_TRACEBACK=1 shows where it came from, and `python -W` the warnings of libraries.
     """

@@ -134,7 +134,7 @@ def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
 
 
 def _describe_reached(result: dict[str, Any]) -> str:
-    """A recording flies nowhere: what it passed is all that can be said."""
+    """A recording flies nowhere: what it passed is all that can be stated."""
     if result["played_back"]:
         return f"played back, not flown: its vehicle passed {result['waypoints_reached']} waypoints"
     return f"{'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} waypoints"

@@ -25,7 +25,7 @@ ANSWERS_S, TRIES_S = 0.2, 0.0005
 STARTS_S = 20.0
 """The second process watches within this time."""
 ENDS_S = 2.0
-"""It has ended so long after it was told to."""
+"""It has ended so long after it was asked to."""
 QUEUE_BYTES = 1 << 20
 RELIEVED = "the second process has taken over: this one was silent for too long"
 Notice = Callable[[str], None]

@@ -1,8 +1,8 @@
 """Reading in a process of its own: where a library may end its process, or never end.
 
 The process, forked by `readers`, has so much memory and processor time, by the size of the file,
-and nothing of what it prints is seen. What it sends back, or how it ended, is told like anything
-that a reader says.
+and nothing of what it prints is seen. What it sends back, or how it ended, is reported like
+anything that a reader says.
 """
 
 from __future__ import annotations

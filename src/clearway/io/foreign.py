@@ -22,7 +22,8 @@ LONGEST_VALUE = 40
 
 
 class Foreign(BaseModel):
-    """A table of a format that is not ours: other keys are left aside, text may be a number."""
+    """A table of a format that is not ours: other keys are left to the side, text may be a
+    number."""
 
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 

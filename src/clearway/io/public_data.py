@@ -1,6 +1,6 @@
 """Public files that flights of the documentation use: where they are, and whose.
 
-None of them is part of clearway. What is fetched is held against the hash of the file that the
+None of them is part of clearway. What is fetched is checked against the hash of the file that the
 documentation's figures were made with.
 """
 
@@ -134,7 +134,7 @@ def where_from(path: str | Path) -> str:
 
 
 def at_hand(path: Path) -> Path:
-    """A file where it is said to be; a public one that is not there, in the folder of data.
+    """A file where it is stated to be; a public one that is not there, in the folder of data.
 
     The folder is that of the environment variable CLEARWAY_DATA. Returns the path as given where
     the file is in neither place.

@@ -1,4 +1,4 @@
-"""Results that are whole or absent: written aside, moved into place at the end."""
+"""Results that are whole or absent: written to the side, moved into place at the end."""
 
 from __future__ import annotations
 

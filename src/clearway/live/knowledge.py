@@ -1,4 +1,5 @@
-"""What readings have told up to now: the own place, what sensors saw, who reported, how far we are.
+"""What readings have told up to now: the own position, what sensors saw, who reported, how far we
+are.
 
 Times here are the system's own; `live.inputs.clock` makes them of what whoever asks tells.
 """
@@ -46,7 +47,8 @@ from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
 
 JUMPS = 4.0
-"""Margins by which an own place lies off what was flown, from which on it has jumped for once."""
+"""Margins by which an own position lies off what was flown, from which on it has jumped for
+once."""
 HARDEST_MPS2 = 10.0
 """At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
 
@@ -75,7 +77,7 @@ class Knowledge:
         self.news = ""
         """What has come since a plan last took account of all."""
         self.unchecked = False
-        """Whether a plan has not been held against the news."""
+        """Whether a plan has not been checked against the news."""
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
@@ -205,7 +207,8 @@ class Knowledge:
     def _tell_wind(
         self, before: State | None, state: State, flown_m: FloatArray | None, *, jumped: bool
     ) -> None:
-        """Compare an own state with where what was flown since the one before would have led."""
+        """Compare an own state estimate with where what was flown since the one before would have
+        led."""
         if self.planner.automaton.has_inertia:
             return  # It holds its way over the ground: what is left over is `tracking`.
         if before is None or flown_m is None:
@@ -215,8 +218,8 @@ class Knowledge:
         self.flown.wind_mps = self.wind.wind_mps
 
     def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:
-        """Whether an own state lies farther off what was flown, which leads to `flown_m`, than
-        margin and deviations cover; where others fly, than the vehicle gets in that time."""
+        """Whether an own state estimate lies farther off what was flown, which leads to `flown_m`,
+        than margin and deviations cover; where others fly, than the vehicle gets in that time."""
         if latest is None:
             return False
         settings = self.planner.settings
@@ -254,7 +257,7 @@ class Knowledge:
     # --- what is known at a moment --------------------------------------------------------
 
     def own_state(self, now: float) -> State:
-        """The latest own state carried to a moment; ClearwayError if none has come yet."""
+        """The latest own state estimate carried to a moment; ClearwayError if none has come yet."""
         latest = self.own_states.latest
         if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
@@ -281,7 +284,8 @@ class Knowledge:
         return now - since_s
 
     def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
-        """All that is known from an own state, and the age of the oldest scan used, or NaN."""
+        """All that is known from an own state estimate, and the age of the oldest scan used, or
+        NaN."""
         for name in self.sensing.silent(now):
             self.counts[f"scan: none fresh of {name}"] += 1
         scans = self.sensing.usable_scans(now)

@@ -16,7 +16,7 @@ from clearway.vehicle.buffer import BufferedMovement, MovementBuffer
 from clearway.vehicle.reference import Reference
 
 MOST_ROUNDS = 1000
-"""Rounds of a way out after which nobody flies on without a decision."""
+"""Rounds of an escape after which nobody flies on without a decision."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class Plan:
     way_out: WayOut | None = None
     """What the buffer ends with, flown for ever if no later decision comes."""
     had_certain: bool = False
-    """Whether a certain way out was in hand at any time of the flight."""
+    """Whether a certain escape was held at any time of the flight."""
     stood: int = 0
     """How many decisions in a row led nowhere."""
     before: Plan | None = None
@@ -151,7 +151,7 @@ class Plan:
         return begun[-1] if begun and time_s <= begun[-1].end_s + TIME_TOLERANCE_S else None
 
     def fly_until(self, time_s: float) -> MovementBuffer:
-        """The buffer, with as many rounds of the way out as reach beyond a time."""
+        """The buffer, with as many rounds of the escape as reach beyond a time."""
         buffer = self.buffer
         if self.way_out is None or time_s < buffer.end_s - TIME_TOLERANCE_S:
             return buffer
@@ -164,7 +164,7 @@ class Plan:
         return MovementBuffer(buffer.entries + more.entries)
 
     def measure_strayed_m(self, state: State) -> float:
-        """By how much an own state lies beyond the tube of the plan (4.2.2); 0 within it.
+        """By how much an own state estimate lies beyond the tube of the plan (4.2.2); 0 within it.
 
         Also where nothing was measured of the vehicle, outside the plan, and at its start.
         """
@@ -258,7 +258,7 @@ class Plan:
         return tuple(e.movement.name for e in entries if e.end_s > now_s + TIME_TOLERANCE_S)
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:
-        """What of the way out is left at a time, and in the middle of a movement that movement,
+        """What of the escape is left at a time, and in the middle of a movement that movement,
         after which it begins."""
         way = self.way_out
         for flown, entry in enumerate(self.fly_until(now_s).entries):

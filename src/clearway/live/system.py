@@ -47,8 +47,8 @@ from clearway.vehicle.reference import Reference
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
-    Whoever asks tells the time, and readings are held against it: they wait for the next question.
-    A clock that is set, either way, is counted and told; see `live.inputs.clock`.
+    Whoever asks tells the time, and readings are checked against it: they wait for the next
+    question. A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
     planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
     `sensors.RangeSensor`; with several of them, those that the others contradict are no longer
@@ -77,7 +77,7 @@ class AvoidanceSystem:
         kind_of("avoidance system: planner", planner, Planner)
         kind_of("avoidance system: mission", mission, Mission)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
-        """Which ways out this flight keeps in hand, and why."""
+        """Which escapes this flight holds, and why."""
         self.planner = planner = self.escape.adapt_planner(planner)
         self.obstacle_map = obstacle_map
         self._known = Knowledge(planner, mission, lidars, obstacle_map)
@@ -102,7 +102,7 @@ class AvoidanceSystem:
 
     @property
     def progress(self) -> Progress:
-        """How far along the mission own states have come."""
+        """How far along the mission own state estimates have come."""
         return self._known.progress
 
     @progress.setter
@@ -163,7 +163,7 @@ class AvoidanceSystem:
         self._known.put(reading)
 
     def catch_up(self, now_s: float) -> None:
-        """Take in what has come, held against the time; `due` and `decide` do so themselves."""
+        """Take in what has come, checked against the time; `due` and `decide` do so themselves."""
         self._known.catch_up(now_s)
 
     @property
@@ -188,7 +188,7 @@ class AvoidanceSystem:
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
 
-        Raises ClearwayError if no own state has come yet.
+        Raises ClearwayError if no own state estimate has come yet.
         """
         now = self._known.catch_up(now_s)
         insistence = self._insistence
@@ -218,7 +218,7 @@ class AvoidanceSystem:
         self.progress = keep_up(self._known, self._known.own_states.latest, now)
 
     def _blind_s(self, now: float) -> float | None:
-        """For how long no sensor has told anything, where ways out rest on what they tell."""
+        """For how long no sensor has told anything, where escapes rest on what they tell."""
         rests = self.escape.flown in (*BY_SIGHT, Escape.KNOWN)
         return self._known.blind_s(now) if rests else None
 
@@ -306,7 +306,7 @@ class AvoidanceSystem:
     def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
         """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.
 
-        Raises ClearwayError for what are no such places, and before an own state has come.
+        Raises ClearwayError for what are no such places, and before an own state estimate has come.
         """
         known = self._known
         radius = self.mission.reach_radius_m
@@ -349,7 +349,8 @@ class AvoidanceSystem:
     def state_at(self, time_s: float) -> State | None:
         """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
 
-        Flown from the state that was decided for: a set-point, not an estimate of the own state.
+        Flown from the state that was decided for: a set-point, not an estimate of the own state
+        estimate.
         """
         state = self._plan.state_at(self._known.clock.own(time_s))
         return replace(state, time_s=time_s) if state and self._known.clock.shifted else state
@@ -364,7 +365,7 @@ class AvoidanceSystem:
     def situation(self, now_s: float) -> tuple[Situation, float]:
         """All that is known at a moment, and the age of the oldest scan used (NaN without any).
 
-        Raises ClearwayError if no own state has come yet.
+        Raises ClearwayError if no own state estimate has come yet.
         """
         situation, scan_age = self._situation(self._known.catch_up(now_s))
         if self._known.clock.shifted:
@@ -378,13 +379,13 @@ class AvoidanceSystem:
 
     @property
     def _escapes_on(self) -> bool:
-        """Whether the way out has been flown twice in a row: once is but a step aside, from which
-        the goal may lie open. Before there was a certain one, nothing had been seen yet."""
+        """Whether the escape has been flown twice in a row: once is but a step to the side, from
+        which the goal may lie open. Before there was a certain one, nothing had been seen yet."""
         mode = self._mode
         return mode is not None and mode.mode is Mode.ESCAPE is mode.before
 
     def _start(self, now: float) -> State:
-        """The own state that a decision is taken for.
+        """The own state estimate that a decision is taken for.
 
         A vehicle with inertia that follows its plan: where the plan has it at the end of the
         movement under way. Else where it is now, as far as is known.

@@ -61,7 +61,8 @@ class PlanWatch:
         return find_danger(plan, self._planner, around, now)
 
     def _find_strayed(self, plan: Plan) -> str | None:
-        """Whether the latest own state left the tube of the plan; each is looked at once."""
+        """Whether the latest own state estimate left the tube of the plan; each is looked at
+        once."""
         known = self._known
         if self._planner.automaton.classes is None or not known.own_states.reach_back_to(np.inf):
             return None
@@ -88,7 +89,8 @@ class PlanWatch:
         )
 
     def _beyond_m(self, plan: Plan) -> float:
-        """By how much the latest own state lies outside the tube, beyond what is unsure of it."""
+        """By how much the latest own state estimate lies outside the tube, beyond what is unsure of
+        it."""
         known = self._known
         latest = known.own_states.latest
         settings, flown_s = self._planner.settings, latest.time_s - plan.buffer.start_s
@@ -104,7 +106,7 @@ class PlanWatch:
         return not self._astray
 
     def _margin_has_grown(self, plan: Plan, now: float) -> bool:
-        """Whether more must be kept now than the plan has been held against; it then is anew."""
+        """Whether more must be kept now than the plan has been checked against; it then is anew."""
         if plan.decision is None:
             return False
         here = self._known.here(self._known.own_states.latest, now)

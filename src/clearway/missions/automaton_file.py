@@ -52,8 +52,8 @@ class AboutSection(Section):
     first: str = Field(default="", max_length=60)
     """What counts as flown before a flight begins."""
     tube_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
-    """Per number of movements since the own state was known: within how far of its prediction the
-    vehicle was 999 times of 1,000."""
+    """Per number of movements since the own state estimate was known: within how far of its
+    prediction the vehicle was 999 times of 1,000."""
     error_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """The same 19 times of 20, on flights that did not make the table."""
     closed_form_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()

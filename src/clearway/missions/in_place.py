@@ -32,7 +32,7 @@ class Way:
     track: FloatArray
     """[n, 4] time since the start, position."""
     closest: Approach | None
-    """To the other aircraft of the encounter; None where both are never heard of at once."""
+    """To the other aircraft of the encounter; None where both are never reported at once."""
     nearest: tuple[str, Approach] | None
     """The aircraft that came nearest of all."""
     path_length_m: float
@@ -54,7 +54,7 @@ class InPlaceFlight:
     run_without: Run
     run: Run
     others: Mapping[str, FloatArray]
-    """[m, 4] tracks of the others while heard of, during the recorded route, by address."""
+    """[m, 4] tracks of the others while reported, during the recorded route, by address."""
 
     @property
     def keep_m(self) -> float:
@@ -104,7 +104,7 @@ def fly_in_place(
 
 
 def sample_times(track: PlayedTrack, moments_s: FloatArray) -> FloatArray:
-    """[m, 4] times and positions at those moments at which an aircraft is heard of."""
+    """[m, 4] times and positions at those moments at which an aircraft is reported."""
     rows = [
         (moment, *place)
         for moment, place in ((moment, track.at(float(moment))) for moment in moments_s)

@@ -59,7 +59,7 @@ class LidarSection(Section):
     airframe_radius_m: NotNegative = 0.0
     """Returns within this distance of the body's origin come from the own airframe."""
     precision: float = Field(default=1.0, gt=0.0, le=1.0)
-    """Among several sensors: share of its hits that lie in the cell that they are told for."""
+    """Among several sensors: share of its hits that lie in the cell that they are reported for."""
     trust: float = Field(default=1.0, gt=0.0, le=1.0)
     """Among several sensors: how far its word counts; contradiction by others lowers it."""
     lie: Annotated[str, OneOf(LIES, besides=("none",))] = "none"

@@ -25,7 +25,7 @@ class RecordedAir:
     """UTC at which the flight begins, seconds since 1970; None where its clock is a stopwatch."""
 
     def play(self, *, deaf: bool = False) -> RecordedTraffic:
-        """The traffic of one flight; deaf: nothing of it is told to the ownship."""
+        """The traffic of one flight; deaf: nothing of it is reported to the ownship."""
         return RecordedTraffic(self.tracks, self.heard_within_m, deaf)
 
 

@@ -1,4 +1,5 @@
-"""What a mission flies in: its obstacles, maps and survey, by what is there and what is told."""
+"""What a mission flies in: its obstacles, maps and survey, by what is there and what is
+reported."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class MissionWorld(NamedTuple):
     there: World
     """What is really there."""
     charted: ObstacleMap
-    """What the vehicle is told."""
+    """What is reported to the vehicle."""
     notes: tuple[str, ...]
     """What was left out of the survey."""
     standing: frozenset[Danger] = frozenset()
@@ -79,7 +80,7 @@ def _standing(file: MissionFile, maps: MissionMaps) -> frozenset[Danger]:
 
 
 def _complete_m(file: MissionFile) -> FloatArray | None:
-    """[2, 3] the box in which all that is told is all that stands there; None without any."""
+    """[2, 3] the box in which all that is reported is all that stands there; None without any."""
     declared = False if file.map is None else file.map.complete
     if isinstance(declared, bool):
         return np.array([[-np.inf] * 3, [np.inf] * 3]) if declared else None

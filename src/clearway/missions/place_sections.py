@@ -90,11 +90,11 @@ class MapSection(Section):
 
     files: Annotated[tuple[str, ...], Field(strict=False)] = ()
     """Relative to the mission file; see [maps.md](maps.md) for the formats. Needed unless
-    `complete` is given, which may be said of `[[obstacle]]` alone."""
+    `complete` is given, which may be stated of `[[obstacle]]` alone."""
     complete: bool | Annotated[tuple[Point, Point], Field(strict=False)] = False
     """Where what is known, by files and by `[[obstacle]]`, is all that stands there: true for
     everywhere, or lowest and highest corner of a box, world frame. With `safety.escape = "mapped"`
-    unseen space counts as free there, and nowhere else."""
+    unobserved space counts as free there, and nowhere else."""
     known: Literal["world", "map", "both"] = "both"
     """both: really there and on the map; world: there, but not on the map; map: on the map only.
     Zones to keep out of are always on the map only."""

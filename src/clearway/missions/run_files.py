@@ -76,7 +76,7 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
 
 
 def _way_out(way: WayOut | None) -> dict[str, Any] | None:
-    """The way out in hand after a decision's first movement."""
+    """The held escape after a decision's first movement."""
     if way is None:
         return None
     return {

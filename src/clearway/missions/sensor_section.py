@@ -29,7 +29,7 @@ ASKED = ("name", "standing", "sigma_m", "detect", "returns", "passes", "scan")
 
 @dataclass(frozen=True, eq=False)
 class OwnSensor:
-    """A user's sensor; what it raises in flight is told with its file and line."""
+    """A user's sensor; what it raises in flight is reported with its file and line."""
 
     name: str
     standing: Standing
@@ -95,7 +95,7 @@ class SensorSection(Section):
     """Whatever the kind takes; of `lidar` the keys of `[[lidar]]`."""
 
     def __hash__(self) -> int:
-        """Of the kind alone: settings can be told apart, but not hashed."""
+        """Of the kind alone: settings can be distinguished, but not hashed."""
         return hash(self.kind)
 
     def to_sensor(self, grid: AvoidanceGrid) -> AnyKind:

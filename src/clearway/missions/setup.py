@@ -64,7 +64,7 @@ class FlightSetup:
     world: World
     """What is really there."""
     obstacle_map: ObstacleMap
-    """What the vehicle is told."""
+    """What is reported to the vehicle."""
     simulation: SimulationSettings
     script: tuple[ScriptedIntruder, ...]
     """Intruders that appear."""
@@ -99,12 +99,12 @@ class FlightSetup:
 
     @property
     def escape(self) -> EscapePlan:
-        """Which ways out clearway keeps in hand on this flight, and why."""
+        """Which escapes clearway holds on this flight, and why."""
         return escape_plan(self.planner, self.sensors, self.obstacle_map, self.mission.start)
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
+        """What whoever flies to its waypoints has to know, beside `notes` and `escape`."""
         told = (
             over_reach(self.mission, self.planner.automaton),
             over_turns(self.mission, self.planner.automaton),
@@ -185,7 +185,7 @@ class FlightSetup:
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
-        """As `fly`, but nothing of the recorded traffic is told to the ownship."""
+        """As `fly`, but nothing of the recorded traffic is reported to the ownship."""
         return self._fly(self.system(), None, deaf=True)
 
     def _fly(

@@ -69,7 +69,7 @@ class TrafficSection(Section):
     [volumes.md](volumes.md). Your own as `[[volume]]` tables."""
     keep_volumes: bool = False
     """Decide by those volumes too: ways that lead into them within a minute come last, the worst
-    into the innermost one, and the risk of being inside has a price."""
+    into the innermost one, and the risk of being inside has a cost."""
 
     def to_settings(self) -> TrafficSettings:
         return TrafficSettings(**values_for(TrafficSettings, self))

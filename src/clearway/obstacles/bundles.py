@@ -1,6 +1,6 @@
 """What of a box tree a bundle of rays from one origin may meet.
 
-A bundle's cone is held against the spheres around nodes and obstacles. What it surely misses is
+A bundle's cone is checked against the spheres around nodes and obstacles. What it surely misses is
 left out; all else stays, in the order of the tree.
 """
 

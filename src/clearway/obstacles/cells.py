@@ -29,8 +29,8 @@ FAST_LOOKS, EVERY_LOOK = 4_000, 2**62
 """Shapes times parts of a cell that are looked at in fast and in fine mode. Where more than forty
 shapes meet in a cell, fewer parts tell nearly as much, and a decision stays one of milliseconds."""
 COAT_LOOKS = 10_000
-"""Shapes times parts of a cell that are looked at before it is taken for coated: where more than a
-hundred shapes come as near as that, one will not matter."""
+"""Shapes times parts of a cell that are looked at before it is taken for inflated: where more than
+a hundred shapes come as near as that, one will not matter."""
 
 
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:

@@ -131,7 +131,7 @@ def find_nearest_columns(
         best, whose = z - ground, -1
         for n in range(len(rows)):
             dx, dy = x - rows[n, 0], y - rows[n, 1]
-            # Aside first: most columns are farther away than the best already.
+            # To the side first: most columns are farther away than the best already.
             reach = best + rows[n, 2]
             if best >= 0.0 and dx * dx + dy * dy >= reach * reach:
                 continue

@@ -20,9 +20,9 @@ NED, BODY_FRD = 1, 3
 """VehicleOdometry's POSE_FRAME_NED, VELOCITY_FRAME_NED and VELOCITY_FRAME_BODY_FRD."""
 FARTHEST_M, FASTEST_MPS = 1e6, 1e4
 SAMPLED_S: Final = 0.5
-"""A state was sampled at most so long before it was told."""
+"""A state was sampled at most so long before it was reported."""
 MOVED_M: Final = 0.1
-"""The origin of the local frame is told in float32: what moves it by less is rounding."""
+"""The origin of the local frame is reported in float32: what moves it by less is rounding."""
 VALID = {
     "xy_valid": "position", "z_valid": "height", "v_xy_valid": "velocity",
     "v_z_valid": "climb rate", "heading_good_for_control": "heading",
@@ -115,6 +115,6 @@ def _find_sampling_s(message: Any) -> float:
 
 
 def _deviation(variances: Any) -> float:
-    """Of the worst axis; 0 where it is not told."""
+    """Of the worst axis; 0 where it is not reported."""
     told = np.asarray(variances, dtype=np.float64)
     return float(np.sqrt(np.where((told >= 0.0) & (told < FARTHEST_M), told, 0.0).max()))

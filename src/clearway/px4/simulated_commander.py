@@ -39,7 +39,7 @@ class Px4Habits:
     takes_trajectories: bool = True
     """False as of a plane."""
     refuses_hold: bool = False
-    """It does not go to Hold when it is told to."""
+    """It does not go to Hold when it is commanded to."""
     odometry_ends_s: float = math.inf
     resets_s: float = math.inf
     """When its estimator moves its position by a metre."""

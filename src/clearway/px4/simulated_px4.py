@@ -65,7 +65,7 @@ class SimulatedPx4:
         """Set-points that came while no external mode flew: PX4's own modes would fly them."""
         self.nearest_obstacle_m, self.fastest_mps = math.inf, 0.0
         self.answered_s = -math.inf
-        """Stamp of the state that the newest set-point answers, as far as can be told."""
+        """Stamp of the state that the newest set-point answers, as far as is known."""
         self._setup, self._origin = setup, np.array(file.mission.origin_geodetic or SOMEWHERE)
         start = setup.mission.start
         self._start = start.position_m

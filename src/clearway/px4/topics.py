@@ -40,7 +40,7 @@ TRUSTED = (
 BEGINS_S: Final = 0.3
 """After the mode becomes active it may take so long to the first set-point."""
 INSISTS_S: Final = 1.0
-"""For so long Hold is asked for before PX4 is told that the mode cannot be flown."""
+"""For so long Hold is asked for before PX4 learns that the mode cannot be flown."""
 STRANGE_S: Final = 1.0
 """Set-points of others are a reason to doubt for so long after the last one."""
 OTHERS = "another program sends set-points to PX4 as well: end it, or let it command `--guard`"
@@ -187,7 +187,7 @@ class Px4Topics(TopicLink[S]):
             self.session.hear_ground(float(offset[2]) - float(message.z))
 
     def _take_question(self, message: Any, wall_s: float, _topic: str) -> None:
-        # PX4 goes to Hold as it is told, before a "no" has it choose a failsafe of its own.
+        # PX4 goes to Hold as commanded, before a "no" has it choose a failsafe of its own.
         insists = self.is_active and wall_s <= self._given_up_s + INSISTS_S
         self.mode.hear_question(message, wall_s, can_run=not self._doubt or insists)
 

@@ -1,4 +1,4 @@
-"""Reach sets by name: one expansion, told apart by which trajectories are kept (section 4.5)."""
+"""Reach sets by name: one expansion, distinguished by which trajectories are kept (section 4.5)."""
 
 from __future__ import annotations
 

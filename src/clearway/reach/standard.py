@@ -22,7 +22,7 @@ def standard_libraries() -> tuple[tuple[MovementAutomaton, AvoidanceGrid], ...]:
 
 
 def standard_automata() -> tuple[MovementAutomaton, ...]:
-    """Those whose ways out ship: the plane with its pitch limit, and the multirotor."""
+    """Those whose escapes ship: the plane with its pitch limit, and the multirotor."""
     return (MovementAutomaton.plane(), MovementAutomaton.inertialess())
 
 

@@ -63,7 +63,7 @@ def _open_domain(domain: int) -> None:
         if not _OPENED:
             atexit.register(_stop_domains)
         told = os.environ.get("CYCLONEDDS_URI", "")
-        # Where it is there already, or what is told is wrong, the participant finds out.
+        # Where it is there already, or what is reported is wrong, the participant finds out.
         with suppress(DDSException, UnicodeError):
             _OPENED[domain] = Domain(domain, f"{LARGE_BUFFERS},{told}" if told else LARGE_BUFFERS)
 

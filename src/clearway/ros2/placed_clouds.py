@@ -40,7 +40,7 @@ FIELD_SLACK_RAD = math.radians(5.0)
 
 
 class PlacedClouds:
-    """Of the mission's sensors by name; feed it with own states."""
+    """Of the mission's sensors by name; feed it with own state estimates."""
 
     def __init__(
         self, transforms: Transforms, base_frame: str, lidars: Mapping[str, Lidar]
@@ -51,7 +51,7 @@ class PlacedClouds:
         """Sensors that have been seen to look where their beams do."""
 
     def move(self, state: State, heading_rad: float) -> None:
-        """The own state at a new time."""
+        """The own state estimate at a new time."""
         self._past.add(state, heading_rad)
 
     def flaw(self, name: str, frame: str, time_s: float, points_m: FloatArray) -> str | None:

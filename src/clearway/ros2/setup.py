@@ -31,7 +31,7 @@ from clearway.sensors import Lidar
 L = TypeVar("L", bound=Link)
 LidarsOf = Callable[[MissionFile, FlightSetup], dict[str, Lidar]]
 CMD_VEL = {"velocity": SetPointParameters(topic="cmd_vel", type="Twist")}
-"""What a guardian publishes where nothing else is said."""
+"""What a guardian publishes where nothing else is stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -91,8 +91,8 @@ def twist_message(
     frame: str,
     yaw_rad: float | None,
 ) -> Any:
-    """A Twist or TwistStamped of a velocity [3] of the world; yaw_rad: of the body that it is told
-    in, None for the world."""
+    """A Twist or TwistStamped of a velocity [3] of the world; yaw_rad: of the body that it is
+    reported in, None for the world."""
     told = velocity_mps if yaw_rad is None else velocity_mps @ world_from_body([0.0, 0.0, yaw_rad])
     turning = point(np.array([0.0, 0.0, yaw_rate_rps]), "Vector3")
     one = make_message("geometry_msgs/msg/Twist", linear=point(told, "Vector3"), angular=turning)
@@ -202,7 +202,7 @@ def diagnostics(
 
 
 def markers(flight: FlightDecision, time_s: float, frame: str) -> Any:
-    """For RViz and Foxglove: plan and way out as lines, the reason as text."""
+    """For RViz and Foxglove: plan and escape as lines, the reason as text."""
     decision = flight.decision
     way = decision.way_out_path_m
     lines = [

@@ -18,7 +18,7 @@ class Standing:
     """Precision and trust of one sensor, each in (0, 1]; raises ClearwayError otherwise."""
 
     precision: float = 1.0
-    """Share of its hits that lie in the cell that they are told for."""
+    """Share of its hits that lie in the cell that they are reported for."""
     trust: float = 1.0
     """How far its word counts at the start; contradiction by others lowers it in flight."""
 

@@ -145,7 +145,7 @@ class _Flight(Generic[D]):
         return self.crashed or self.progress.is_done(self.mission)
 
     def _sense(self) -> list[Reading]:
-        """What arrives at this moment: the own state, and scans as old as the latency."""
+        """What arrives at this moment: the own state estimate, and scans as old as the latency."""
         now = self.motion.now_s
         settings = self.settings
         sigma = settings.position_sigma_m

@@ -33,7 +33,7 @@ class LoggedDecision(Generic[D]):
     flight: D
     why_now: str
     elapsed_s: float
-    """From the sensor's arrays in hand to the explained decision."""
+    """From the sensor's arrays in memory to the explained decision."""
     sight: Sight | None = None
     """What was seen to be free around; None of a vehicle without inertia."""
 
@@ -78,7 +78,7 @@ class Run(Generic[D]):
     planner: str = CLEARWAY
     """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
     ways_out: EscapePlan | None = None
-    """Which ways out clearway kept in hand, and why; None for other planners."""
+    """Which escapes clearway held, and why; None for other planners."""
 
     def __repr__(self) -> str:
         metrics = self.metrics
@@ -176,7 +176,7 @@ class Run(Generic[D]):
 
         Columns as of `summary` without `provenance`, the three decision times apart
         (`decision_ms_p50` ...), and in place of the reasons the number of data left out and of
-        alarms, of spans without a way out their length. A list of rows makes a DataFrame of pandas.
+        alarms, of spans without an escape their length. A list of rows makes a DataFrame of pandas.
         """
         row = self.summary()
         row.pop("provenance")
@@ -193,7 +193,7 @@ class Run(Generic[D]):
 
 
 CERTAIN = (Escape.STRICT, Escape.MAPPED)
-"""Ways out that hold what they promise in a static world."""
+"""Escapes that hold what they promise in a static world."""
 
 
 class Metric(NamedTuple):
@@ -205,7 +205,7 @@ class Metric(NamedTuple):
 
 
 def _in_hand(run: Run[Any]) -> list[bool]:
-    """Whether there was a way out in hand after each decision; empty where none is asked for."""
+    """Whether there was a held escape after each decision; empty where none is asked for."""
     if run.ways_out is None or run.ways_out.flown == "off":
         return []
     ways = [entry.flight.decision.way_out for entry in run.decisions]
@@ -223,8 +223,8 @@ def _without_way_out(run: Run[Any]) -> int | None:
 
 
 def _guarantee(run: Run[Any]) -> bool:
-    """Whether a certain way out was in hand from the first decision on that found one, which came
-    no later than was promised, and led on."""
+    """Whether a certain escape was held from the first decision on that found one, which came no
+    later than was promised, and led on."""
     if run.ways_out is None or run.ways_out.flown not in CERTAIN or _without_way_out(run) != 0:
         return False
     return not any(alarm["breaks_promise"] for alarm in _alarms(run))
@@ -239,7 +239,7 @@ def _find_unobserved_m(run: Run[Any]) -> float | None:
 
 
 def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
-    """From when to when there was no way out in hand, after the first."""
+    """From when to when there was no held escape, after the first."""
     in_hand = _in_hand(run)
     spans: list[list[float]] = []
     if not any(in_hand):

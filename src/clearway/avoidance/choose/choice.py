@@ -38,7 +38,7 @@ def choose_by_rules(
     def find_rule_notes() -> tuple[RuleNote, ...]:
         without = choice
         if speaks:
-            # Rules forbid and price; what keeps the margin does not depend on them.
+            # Rules forbid and add costs; what keeps the margin does not depend on them.
             without = pick_among(candidates, choice.basis is Basis.EMERGENCY)
         return ruling.notes(candidates.nodes, without.node, choice.node)
 

@@ -49,7 +49,7 @@ def best_clearances(
     looked: KnownClearances, candidates: Candidates, hazards: Hazards, margin_m: float
 ) -> FloatArray:
     """[candidates, 2] as `verify.clearances` of those whose clearance rounds to the best; of others
-    the clearance may be told as any that does not, -inf too."""
+    the clearance may be reported as any that does not, -inf too."""
     nodes = candidates.nodes
     asked = hazards, margin_m, nodes.tobytes()
     if asked not in looked.best:
@@ -63,7 +63,7 @@ def best_clearances(
 
 
 class _Looks(NamedTuple):
-    """What movements are held against, and what is known of them."""
+    """What movements are checked against, and what is known of them."""
 
     paths: Paths
     bins: PointBins

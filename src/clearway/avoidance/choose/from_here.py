@@ -1,7 +1,7 @@
-"""What can be flown from an own state, and what of the map comes within its reach.
+"""What can be flown from an own state estimate, and what of the map comes within its reach.
 
-All of it follows from planner, own state, wind, floor and map: a decision that is past works it out
-again instead of keeping it.
+All of it follows from planner, own state estimate, wind, floor and map: a decision that is past
+works it out again instead of keeping it.
 """
 
 from __future__ import annotations

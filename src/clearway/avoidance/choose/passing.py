@@ -2,7 +2,7 @@
 
 What comes fast is met within one or two decisions' look ahead. A way that leaves the grid early
 ends before the intruder is there, and so seems free; decided anew every second, such ways lead up,
-down and up again, until none is left. So each is held against the intruder as if it were flown
+down and up again, until none is left. So each is checked against the intruder as if it were flown
 straight on, for as long as the longest way lasts, and ways on another side than the one begun come
 last. Obstacles that stand still are passed as they come: kept to a side, walls with gaps take half
 as long again.

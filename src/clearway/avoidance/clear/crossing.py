@@ -2,7 +2,7 @@
 
 A path that crosses the vertical plane through an intruder's way where the intruder has yet to come
 forces it to pass behind; (6.8) halves its chances, so that the vehicle passes behind instead. Here
-each such crossing has a price.
+each such crossing has a cost.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ from clearway.obstacles.some_shapes import distances_off, lay_out_shapes
 FEW = 40
 """Shapes up to which each that could be nearest is looked at."""
 ALIKE_M = 1e-3
-"""Metres by which a clearance among more of them may be told too small."""
+"""Metres by which a clearance among more of them may be reported too small."""
 ROUNDING_M = 1e-9
 """More metres than rounding takes from a distance."""
 
@@ -142,7 +142,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             least = min(least, bound)
             continue
         s = crowd.near[m]
-        # A little more than the best, so that of equals the first is told.
+        # A little more than the best, so that of equals the first is reported.
         distance = others_distance(corners, size, shapes, s, best + ROUNDING_M, crossings.local_m)
         if distance < best or (distance == best and s < index):
             best, index = distance, s

@@ -55,7 +55,7 @@ class Begun(NamedTuple):
     most_missing: int
     """So many may be."""
     spent_m: Floats
-    """[beginnings] metres of it that lead where nobody has looked, once that was found out."""
+    """[beginnings] metres of it that lead through unobserved space, once that was found out."""
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""The search for one way out in the library's order, and one in hand verified again."""
+"""The search for one escape in the library's order, and one held verified again."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 
 class Beginning(NamedTuple):
-    """Where and when a way out begins."""
+    """Where and when an escape begins."""
 
     attitude: int
     """One of the library's."""
@@ -71,7 +71,7 @@ class WayOutSearch:
     windy: bool
     speed_mps: float
     lasts_s: float
-    """For how long ways out are verified that drift."""
+    """For how long escapes are verified that drift."""
     strict: bool
     """Whether they have to lead through what was seen to be free to be certain."""
     near: TooNear
@@ -81,8 +81,8 @@ class WayOutSearch:
     _laid_out: dict[tuple[int, int], tuple[Legs, LaidOut]] = field(default_factory=dict)
 
     def drifts(self, legs: Legs) -> bool:
-        """Whether ways out come back only nearly to where they begin: in wind, and where the
-        vehicle is tilted otherwise than its movements tilt it."""
+        """Whether escapes come back only nearly to where they begin: in wind, and where the vehicle
+        is tilted otherwise than its movements tilt it."""
         return self.windy or not self.library.closes_along(legs)
 
     def numbers(self, names: Iterable[str]) -> IntArray:
@@ -93,7 +93,7 @@ class WayOutSearch:
     def first(
         self, at: Beginning, terms: EscapeTerms, from_unseen_m: FloatArray
     ) -> tuple[WayOut | None, float]:
-        """The first way out, and which of some distances it keeps from what nobody has seen."""
+        """The first escape, and which of some distances it keeps from unobserved space."""
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
         ways, loops, tips = self._lay_out_from(attitude, float(pose[3]), legs, terms.wind_mps)
@@ -118,7 +118,7 @@ class WayOutSearch:
     def keep_held(
         self, way: WayOut, begins: IntArray, at: Beginning, terms: EscapeTerms, skipped: int = 0
     ) -> WayOut | None:
-        """A way out in hand, if it is still safe.
+        """A held escape, if it is still safe.
 
         begins: movements before its loop. skipped: so many of them are flown before it begins.
         """
@@ -192,7 +192,7 @@ def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
 
     Nothing is spent of a budget where one is all seen. Where it is, the body keeps off all that is
     known, however little of the margin is asked for: what was seen to be free is that far from
-    anything, what nobody has seen is not. Less than that is better than nothing verified.
+    anything, unobserved space is not. Less than that is better than nothing verified.
     """
     if not (terms.must_see and terms.unobserved_m > 0.0):
         return (terms,)

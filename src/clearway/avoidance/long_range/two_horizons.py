@@ -2,7 +2,7 @@
 
 What LiDAR, map and near traffic leave clear ends on some course, at some speed, climbing or not.
 Each such end gets what the long range says of flying on like that: the nested volumes that it leads
-into forbid it, the outermost least of all, and its risk is a price. So metres and kilometres decide
+into forbid it, the outermost least of all, and its risk is a cost. So metres and kilometres decide
 together: round a tree on the side on which an aircraft is passed.
 """
 
@@ -64,7 +64,7 @@ class LongRange:
     now_s: float = 0.0
 
     def rules(self, unit_m: float) -> tuple[Rule, ...]:
-        """A rule for each nested volume, the innermost the most important, and the price of risk.
+        """A rule for each nested volume, the innermost the most important, and the cost of risk.
 
         unit_m: what turning right round costs.
         """
@@ -144,7 +144,7 @@ def long_range(
     prices: RiskPrices | None = None,
     heights_m: tuple[float, float] = (-math.inf, math.inf),
 ) -> LongRange | None:
-    """The long range of a decision; None where nobody is heard of.
+    """The long range of a decision; None where nothing is reported.
 
     heights_m: lowest and highest that are flown at.
     """

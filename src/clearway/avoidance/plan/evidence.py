@@ -228,8 +228,8 @@ def _moving(
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.
 
-    reports: as they were told; seen: at the decision time, in the grid frame. What a report's age
-    adds is there from the start.
+    reports: as they were reported; seen: at the decision time, in the grid frame. What a report's
+    age adds is there from the start.
     """
     radius, growth = reports.balls(seen.velocity_mps, time_s, sigmas, horizon_s)
     return MovingHazards(

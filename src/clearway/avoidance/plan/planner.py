@@ -59,7 +59,7 @@ def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArra
 def suit_prices(
     settings: AvoidanceSettings, automaton: MovementAutomaton, grid: AvoidanceGrid
 ) -> Prices:
-    """Return the prices of the settings, as they suit a vehicle and its field of view."""
+    """Return the cost weights of the settings, as they suit a vehicle and its field of view."""
     lowest, highest = grid.elevation_edges_rad[[0, -1]].tolist()
     return settings.prices.suited(
         lopsided=not np.isclose(lowest, -highest),

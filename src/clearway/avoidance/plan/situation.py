@@ -72,7 +72,7 @@ class Situation:
     """
 
     state: State
-    """Expected own state at the decision time."""
+    """Expected own state estimate at the decision time."""
     target_m: FloatArray
     """[3] waypoint to go to."""
     _: KW_ONLY
@@ -199,8 +199,8 @@ class Situation:
 
 
 def margin_m(settings: EvidenceSettings, situation: Situation | Here) -> float:
-    """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
-    is no finite number."""
+    """Safety margin grown by the uncertainty and the age of the own state estimate; ClearwayError
+    where that is no finite number."""
     margin = (
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m

@@ -98,7 +98,7 @@ def rate_reach_set(
 
 
 def find_untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
-    """[nodes] paths that pass no coated cell from the start to the end of the node (def. 6)."""
+    """[nodes] paths that pass no inflated cell from the start to the end of the node (def. 6)."""
     return find_untouched_nodes(
         reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated
     )

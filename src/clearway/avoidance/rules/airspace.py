@@ -44,7 +44,7 @@ def altitude_ceiling(height_m: float) -> Rule:
 
 
 def near_route(half_width_m: float, price: float = 0.5) -> Rule:
-    """Stay within a distance of the legs about now; inside it, the offset has a small price.
+    """Stay within a distance of the legs about now; inside it, the offset has a small cost.
 
     price: metres of flight per metre off the route where a trajectory ends.
     """

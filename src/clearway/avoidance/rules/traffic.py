@@ -40,7 +40,7 @@ class EncounterKind(StrEnum):
 
 
 def horizontal_only(within_m: float = np.inf) -> Rule:
-    """Keep separated from traffic by turns: no steeper climb or descent while it is near.
+    """Keep separated from traffic by turning: no steeper climb or descent while it is near.
 
     within_m: how near traffic has to be; by default, wherever it is known.
     """

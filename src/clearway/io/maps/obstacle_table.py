@@ -33,7 +33,7 @@ UNITS: Mapping[str, float] = {
     "ft": FOOT_M, "feet": FOOT_M,
 }  # fmt: skip
 CONTRADICTS_M = 5.0
-"""By which ground and height may come to another top than is told."""
+"""By which ground and height may come to another top than is reported."""
 LONGEST_NAME = 80
 """Of a column."""
 UNIT = re.compile(rf"[\s_]*(?:[(\[]\s*|[\s_])({'|'.join(UNITS)})\s*[)\]]?$")

@@ -87,7 +87,7 @@ def union_of(shapely: ModuleType, shapes: Sequence[Any]) -> Any:
 
 
 def polygons_in(shapely: ModuleType, shape: Any) -> list[Any]:
-    """The polygons of a geometry, however it nests them; points and lines are left aside."""
+    """The polygons of a geometry, however it nests them; points and lines are left to the side."""
     parts = shapely.get_parts(shapely.get_parts(shape))
     return [part for part in parts if part.geom_type == "Polygon"]
 

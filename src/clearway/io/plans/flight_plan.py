@@ -85,7 +85,7 @@ def plan_of(
 
 
 class Converted(NamedTuple):
-    """A plan as the tables of a mission file, and what is to be said about it."""
+    """A plan as the tables of a mission file, and what is to be stated about it."""
 
     tables: dict[str, Any]
     notes: tuple[str, ...]

@@ -126,7 +126,7 @@ def kml_plan(path: Path, root: Element) -> FlightPlan:
 
 
 def _begin(items: list[Item], home: Geodetic) -> tuple[Item, ...]:
-    """Where no home is told, the first place is where the flight begins."""
+    """Where no home is reported, the first place is where the flight begins."""
     if home == UNSET and len(items) > 1:
         items = [items[0]._replace(action="take-off"), *items[1:]]
     return tuple(items)

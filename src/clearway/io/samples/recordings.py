@@ -101,7 +101,8 @@ class Robot:
         return self.store.types["geometry_msgs/msg/Twist"](ahead, still)
 
     def make_commanded(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
-        """As `flight`: own places, commands and scans of one who is flown straight at the house."""
+        """As `flight`: own positions, commands and scans of one who is flown straight at the
+        house."""
         yield self._write(MOUNTING, BEGIN_S, self.make_mounting(BEGIN_S))
         every = round(PERIOD_S / COMMAND_S)
         for index in range(round(COMMANDED_S / COMMAND_S)):

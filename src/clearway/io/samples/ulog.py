@@ -53,7 +53,7 @@ HEARD = 1 | 2 | 4 | 8 | 16
 
 
 def write_ulog(path: Path, rng: np.random.Generator) -> None:
-    """Twenty seconds straight east, while two aircraft are heard of."""
+    """Twenty seconds straight east, while two aircraft are reported."""
     del rng
     content = MAGIC + struct.pack("<Q", BOOT_US)
     content += _message(b"B", bytes(40))

@@ -42,8 +42,8 @@ def is_bag_file(path: Path) -> bool:
 
 
 def plain_files(path: Path, stack: ExitStack) -> list[Path]:
-    """The files of a bag in the order of recording; packed ones are unpacked aside, into a folder
-    that goes with the stack.
+    """The files of a bag in the order of recording; packed ones are unpacked to the side, into a
+    folder that goes with the stack.
 
     Raises InputError where one that the metadata name is missing, or none is there.
     """

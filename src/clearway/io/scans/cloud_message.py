@@ -141,7 +141,8 @@ def _row_bytes(message: Any) -> int:
 
 
 def points_of_cloud(raw: bytes, ros2: bool) -> FloatArray:
-    """[n, 3] of a serialised sensor_msgs/PointCloud: three float32 a point, its channels aside.
+    """[n, 3] of a serialised sensor_msgs/PointCloud: three float32 a point, its channels to the
+    side.
 
     Read as bytes, since a message object for each of 100,000 points takes a second. Raises
     ValueError where it is cut off.

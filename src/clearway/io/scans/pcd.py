@@ -22,7 +22,8 @@ TOLD_LINES = 5
 
 
 def read_pcd(path: Path) -> PointCloud:
-    """Points of a PCD file in metres, sensor frame, as they stand; other fields are left aside.
+    """Points of a PCD file in metres, sensor frame, as they stand; other fields are left to the
+    side.
 
     Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises;
     MissingExtraError where binary_compressed is to be unpacked without [lidar].

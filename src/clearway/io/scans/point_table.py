@@ -70,7 +70,7 @@ def read_point_table(path: Path) -> PointCloud:
 def read_npy(path: Path) -> PointCloud:
     """Points of a NumPy array [n, 3 or more] of numbers, or of records with x, y and z.
 
-    Columns after the third, and other fields, are left aside.
+    Columns after the third, and other fields, are left to the side.
     """
     with damage_told(path, ".npy file", (TokenError, SyntaxError)), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # Written by Python 2: read all the same.

@@ -142,7 +142,7 @@ def _report(place: re.Match[str], time_s: float, address: str) -> TrafficReport:
     pressure = None if level is None else 100.0 * float(level[1]) * FOOT_M
     altitude = height if pressure is None else pressure
     speed = None if place["speed"] is None else float(place["speed"]) * KNOT_MPS
-    # A course of 000 is told where there is none; 360 is north.
+    # A course of 000 is reported where there is none; 360 is north.
     course = float(place["course"]) if speed and place["course"] != "000" else None
     return TrafficReport(
         time_s,

@@ -1,4 +1,5 @@
-"""Own states as they come: where the vehicle was when a scan was taken, and where it is now."""
+"""Own state estimates as they come: where the vehicle was when a scan was taken, and where it is
+now."""
 
 from __future__ import annotations
 
@@ -191,7 +192,7 @@ class Flown:
 
 
 class OwnStates:
-    """The own states of the last seconds, in the order of their times."""
+    """The own state estimates of the last seconds, in the order of their times."""
 
     def __init__(self, history_s: float, flown: Flown) -> None:
         self._history_s, self._flown = history_s, flown
@@ -208,7 +209,7 @@ class OwnStates:
 
     @property
     def latest(self) -> State:
-        """Raises ClearwayError if no own state has come yet."""
+        """Raises ClearwayError if no own state estimate has come yet."""
         if not self._states:
             raise ClearwayError("no own state yet: update the system with one before deciding")
         return self._states[-1]
@@ -218,7 +219,7 @@ class OwnStates:
         return bool(self._states) and not time_s < self._states[0].time_s - TIME_TOLERANCE_S
 
     def at(self, time_s: float) -> State:
-        """Own state at a time: along what was flown, through the states that came.
+        """Own state estimate at a time: along what was flown, through the states that came.
 
         Between two states the way flown from the first is bent to end in the second, evenly over
         the time; where nothing is known to be flown that is a straight line.

@@ -53,7 +53,7 @@ MEMORY_BALLS = 16_000
 def free_space_for(
     planner: Planner, start_m: FloatArray, complete_m: FloatArray | None = None
 ) -> FreeSpace:
-    """Nothing seen yet, a ball about the start that counts as free, and where the way out may go by
+    """Nothing seen yet, a ball about the start that counts as free, and where the escape may go by
     the map, the box in which that is declared complete."""
     settings = planner.settings
     return FreeSpace(
@@ -106,8 +106,8 @@ class RangeSensing:
         settings = DynamicObjectSettings.of(margin, planner.speed_mps, decides_s)
         self._following = Following(settings) if planner.settings.follow_movers else None
         self.free_space: FreeSpace | None = None
-        """What was seen to be free: ways out have to lead through it, or at least those out of
-        dead ends are sought in it."""
+        """What was seen to be free: escapes have to lead through it, or at least those out of dead
+        ends are sought in it."""
         mapped = planner.settings.escape == Escape.MAPPED and complete_m is not None
         if (sensors or mapped) and planner.escapes is not None:
             self.free_space = free_space_for(planner, start_m, complete_m)
@@ -132,7 +132,8 @@ class RangeSensing:
         return None
 
     def take(self, scan: Scan, state: State) -> Mapping[str, int]:
-        """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
+        """Take a scan without flaw, and the own state estimate of its time; what is left out, by
+        reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
         counts, memory, before = self._sifted.take(
@@ -259,7 +260,7 @@ class RangeSensing:
     def detections(
         self, scans: Mapping[str, Scan], frame: GridFrame, own_state_at: Callable[[float], State]
     ) -> list[Detection]:
-        """One per sensor, in a grid's frame; without a scan all is unseen."""
+        """One per sensor, in a grid's frame; without a scan all is unobserved."""
         return [
             self._detection(scans[name], frame, own_state_at(scans[name].time_s))
             if name in scans
@@ -268,7 +269,7 @@ class RangeSensing:
         ]
 
     def _detection(self, scan: Scan, frame: GridFrame, pose: State) -> Detection:
-        """pose: the own state when the scan was taken."""
+        """pose: the own state estimate when the scan was taken."""
         detection = self.sensors[scan.sensor].detect(
             self._planner.grid,
             scan,
@@ -305,7 +306,7 @@ class RangeSensing:
 
     @property
     def remembered(self) -> PointHazards:
-        """What is told of this and earlier scans."""
+        """What is reported of this and earlier scans."""
         told = [memory.told for _, memory in self._list_believed_memories()]
         return _together(told + self._at_once)
 

@@ -184,7 +184,7 @@ class AlarmWatch:
         return Alarm(AlarmKind.OFF_HEIGHT, why, breaks_promise=False)
 
     def _own_place(self, facts: AlarmFacts) -> Alarm | None:
-        """The own position scatters more than the margin can bear without being told."""
+        """The own position scatters more than the margin can bear without being reported."""
         stated_m, found_m = facts.decision.state.position_std_m, facts.scatter_m
         of_margin_m = MOST_SCATTER * self.planner.settings.safety_margin_m
         if found_m <= max(TIMES_STATED * stated_m, of_margin_m):

@@ -34,10 +34,10 @@ MOST_TRIED = 200
 """Movements of one trial."""
 STARTS, FIRSTS = 24, 2
 """Places within a voxel, each with a heading, from which a vehicle that can stop has to leave; and
-first movements from each, by turns, that must lead on."""
+first movements from each, in turn, that must lead on."""
 SPARES = (0.0, 0.25, 0.5)
-"""Of a voxel, by which the start ball is less in a trial, by turns. It has to do with all of them:
-a wider one may let a vehicle rise to where it sees no way on, which a smaller one did not."""
+"""Of a voxel, by which the start ball is less in a trial, in turn. It has to do with all of them: a
+wider one may let a vehicle rise to where it sees no way on, which a smaller one did not."""
 FINER = 0.5
 """Of a voxel: steps in which the start ball is widened."""
 SPREAD = 1.0 / 1.1673039782614187 ** np.arange(1, 5)

@@ -52,7 +52,7 @@ def out_of_dead_end(
 ) -> Progress:
     """Progress with a detour when the goal has not come nearer for long, else as it is.
 
-    detour: who finds the way; None goes by what is known. escaped: whether the way out is being
+    detour: who finds the way; None goes by what is known. escaped: whether the escape is being
     flown: then going straight for the goal has come to nothing, whatever the time. gives_way:
     whether the way is left for aircraft afar: then it takes longer until that has come to nothing.
     """

@@ -24,7 +24,7 @@ class InfeasibilityProof:
     """A closed space around a place."""
 
     clearance_m: float
-    """No way out stays farther than this from the obstacles; what voxels can tell, not exact."""
+    """No way out of it stays farther than this from the obstacles; as voxels tell, not exact."""
     walls_m: FloatArray
     """[n, 3] world points in what closes the space, at least one."""
 

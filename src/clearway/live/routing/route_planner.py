@@ -99,7 +99,8 @@ class RoutePlanner:
         self._last: RouteField | None = None
 
     def begin_anew(self, base: BaseClearance | None) -> None:
-        """Take something else for what is known besides points; no way was tried in vain yet."""
+        """Take something else for what is known besides points; no way was tried without success
+        yet."""
         self.space.begin_anew(base)
         self.in_vain, self._last = InVain(self.settings.margin_m), None
         self._with_room = NO_CELLS

@@ -1,4 +1,4 @@
-"""Ways to a goal through what was seen to be free, and at a price through what nobody has seen.
+"""Ways to a goal through what was seen to be free, and at a cost through unobserved space.
 
 What is seen of a room, a pocket or a maze shows where it cannot be left long before flying on
 shows it. A way costs its length, more where little room to turn is left, where it leads through the
@@ -32,19 +32,19 @@ from clearway.live.routing.route_planner import LONGER, RoutePlanner, RouteSetti
 from clearway.sensors.observed.seen_space import SeenSpace
 
 NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
-"""Price of a metre with no room beside the margin to turn, and with none to turn half as wide."""
+"""Cost of a metre with no room beside the margin to turn, and with none to turn half as wide."""
 NARROW = (1.25, 1.5)
-"""The same prices where the mission allows narrow places."""
+"""The same cost weights where the mission allows narrow places."""
 TALL, TALL_FINE = 100.0, 200.0
-"""Price of a metre that nobody has seen above or below what stands, for who turns in much room and
+"""Cost of a metre that nobody has seen above or below what stands, for who turns in much room and
 for others: most of it stands on."""
 MOST, MOST_FINE = 1000.0, 60.0
-"""Price of a metre at most, when a way is looked for, for who turns in much room and for others:
-who can stop may look, but not for longer than it takes to fly back out of a room."""
+"""Cost of a metre at most, when a way is looked for, for who turns in much room and for others: who
+can stop may look, but not for longer than it takes to fly back out of a room."""
 FAR = 60.0
-"""Price of a metre where cells that are not of the finest are closed, if no way is found else."""
+"""Cost of a metre where cells that are not of the finest are closed, if no way is found else."""
 IN_VAIN = 1.0
-"""Added to a metre's price for every time that a way there came no nearer to it."""
+"""Added to a metre's cost for every time that a way there came no nearer to it."""
 IN_VAIN_MARGINS, SPENT_MARGINS = 5.0, 10.0
 """Margins about the end of a way that came to nothing, at least, and about a place that was tried,
 in which a metre costs more."""
@@ -66,7 +66,7 @@ class SeenRoute(NamedTuple):
     length_m: float
     """From where it begins to the goal."""
     in_vain_m: float
-    """Part of its price for ways that came to nothing."""
+    """Part of its cost for ways that came to nothing."""
 
     def via_m(self, goal_m: FloatArray) -> tuple[FloatArray, ...]:
         """Its corners [3] before the goal [3]."""

@@ -81,7 +81,7 @@ def select_late(
             return buffers
         tree = tree_of(buffers, lattice, grid, start_pitch_rad)
         branched = most_footprints(tree, buffers, held, lattice.mirror, int(nodes))
-        # Whole clusters of branches come at one price, so some room is left for single ones.
+        # Whole clusters of branches come at one cost, so some room is left for single ones.
         return greedy_cover(tree, buffers, branched, lattice.mirror, footprints(tree), nodes)
 
     return select

@@ -101,7 +101,7 @@ def name_of(key: bytes) -> str:
 def store(
     path: Path, key: bytes, found: FoundWays, refused: Callable[[OSError], None] | None = None
 ) -> None:
-    """Write into a file; where that cannot be done, `refused` is told."""
+    """Write into a file; where that cannot be done, `refused` is reported."""
     numbers = [array.astype("<i4") for ways in found.ways for array in ways]
     lengths = np.array([len(array) for array in numbers], dtype="<i4")
     whole = lengths.tobytes() + b"".join(array.tobytes() for array in numbers)

@@ -47,7 +47,7 @@ class Ways(NamedTuple):
 
 
 class _Begun(NamedTuple):
-    """A beginning of ways out."""
+    """A beginning of escapes."""
 
     parent: int
     movement: int

@@ -25,7 +25,7 @@ MOST_ATTITUDES = 5000
 MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
 APART_RAD = 1e-12
-"""Start pitches by which reach sets of classes of motion are told apart; all begin level."""
+"""Start pitches by which reach sets of classes of motion are distinguished; all begin level."""
 FEWEST_STANDING, MOST_STANDING = 3, 12
 """Movements that a trajectory may stand for."""
 

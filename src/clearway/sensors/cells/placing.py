@@ -89,7 +89,7 @@ _at_scan: WeakKeyDictionary[Lidar, Filters] = WeakKeyDictionary()
 
 
 def _filters_at_scan(lidar: Lidar) -> Filters:
-    """Where nothing has moved since the scan, and no ground is told."""
+    """Where nothing has moved since the scan, and no ground is reported."""
     found = _at_scan.get(lidar)
     if found is None:
         found = _at_scan[lidar] = _filters(lidar, IDENTITY, NO_GROUND)

@@ -136,7 +136,7 @@ def _coarse_count(boxes: Boxes, away: Floats, fine: float, voxel: float) -> int:
 
 @compiled
 def _coarsen(boxes: Boxes, away: Floats, fine: float, voxel: float) -> Boxes:
-    """One box per voxel of the pitch that suits its distance, the longest unseen first."""
+    """One box per voxel of the pitch that suits its distance, the longest unobserved first."""
     bits = table_bits(len(away))
     shift = 64 - bits
     keys = np.full(1 << bits, -1, dtype=np.int64)

@@ -56,7 +56,8 @@ a lone return is more likely a drop than a thing: then a second sweep has to see
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointMemory:
-    """Remembered hit points: at most one ball per voxel of the world, the longest unseen first."""
+    """Remembered hit points: at most one ball per voxel of the world, the longest unobserved
+    first."""
 
     voxel_m: float
     horizon_s: float

@@ -24,7 +24,7 @@ LEVEL_SHIFT = 60
 
 
 class Boxes(NamedTuple):
-    """Columns of what is remembered, the longest unseen first."""
+    """Columns of what is remembered, the longest unobserved first."""
 
     low_m: Floats2
     """[n, 3] world frame, lifted by what the memory says."""

@@ -56,7 +56,7 @@ SAME_THING_BEAMS = 2.0
 NOISE_OF_TWO = 1.25
 """Of the noise of one return, three standard deviations, by which two may differ."""
 NEVER_M = -1e9
-"""How far aside another return may lie of what is none."""
+"""How far to the side another return may lie of what is none."""
 RATE_KEPT = 0.8
 """Of the averages, from sweep to sweep."""
 RAINS, DRY = 3e-4, 1e-4

@@ -1,7 +1,7 @@
 """Voxels in a window of the world, a bit for each.
 
 Sixty-four voxels above each other share a word, so that what is looked at at one decision stays in
-the processor's cache, and most columns of a box are told by one look.
+the processor's cache, and most columns of a box are decided by one look.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def sight_bodies(
 ) -> list[Sighting]:
     """Clusters of at least so many returns that are neither too large nor too thin to follow.
 
-    largest_m: greatest half width. What is thinner than the beam spacing is hit by turns here and
+    largest_m: greatest half width. What is thinner than the beam spacing is hit in turn here and
     there along it, as if it moved: wires are left to memory.
     """
     sensor = frame.sensor

@@ -36,7 +36,7 @@ REFUTED_SHARE = 0.5
 MOST = 200
 """Returns of a reading that are judged, evenly picked."""
 TOGETHER_S = 1.0
-"""Readings further apart in time are not held against each other."""
+"""Readings further apart in time are not checked against each other."""
 STEADY_S = 10.0
 """For so long after it was found steady a sensor counts as such."""
 LOWERED, RAISED = 0.7, 1.2

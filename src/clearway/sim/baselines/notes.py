@@ -1,4 +1,4 @@
-"""What is said beside tables of several planners: what they share, and what some cannot know."""
+"""What is stated beside tables of several planners: what they share, and what some cannot know."""
 
 from __future__ import annotations
 

@@ -69,7 +69,8 @@ class BaselinePilot:
         return "the movement has ended" if ended else None
 
     def decide(self, now_s: float) -> BaselineDecision:
-        """Decide for the present moment; raises ClearwayError if no own state has come yet."""
+        """Decide for the present moment; raises ClearwayError if no own state estimate has come
+        yet."""
         situation, _ = self._knowledge.situation(now_s)
         self._last = self._rule(situation, self._last)
         movements = self.planner.automaton.chain(self._last.movements)

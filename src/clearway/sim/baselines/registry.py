@@ -40,7 +40,7 @@ class KnownPlanner:
     shares: str = ""
     """What of clearway's decisions it uses; empty for nothing, and for clearway."""
     reference: bool = False
-    """Whether it avoids nothing on purpose: what others are held against."""
+    """Whether it avoids nothing on purpose: what others are checked against."""
 
     def __call__(self, system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
         return self.make(system, craft)
@@ -160,5 +160,5 @@ def check_planner_name(name: str, folder: Path | None = None) -> str:
 def pilot_named(
     name: str, system: AvoidanceSystem, craft: Craft, folder: Path | None = None
 ) -> Pilot[Steering]:
-    """Make the pilot of a planner's name, or of `module:name`. Errors as of `check_planner_name`."""
+    """Make the pilot of a planner's name, or of `module:name`; errors as `check_planner_name`."""
     return PLANNERS.find(name, folder)(system, craft)

@@ -41,7 +41,7 @@ class Routes:
 def routes(
     planner: Planner, situation: Situation, prepared: PreparedReachSet | None = None
 ) -> Routes:
-    """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
+    """Compute costs of the planner's trajectories at this pitch, or of a given reach set."""
     prepared = prepared or planner.prepared_at(situation.state)
     reach_set = prepared.reach_set
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)

@@ -33,7 +33,7 @@ APART = np.cos(np.radians(15.0))
 
 @dataclass(frozen=True, slots=True)
 class HistogramTuning:
-    """Set by hand, and held against others by `tools/tune_baselines.py`."""
+    """Set by hand, and checked against others by `tools/tune_baselines.py`."""
 
     spare: float = 0.3
     """Widening beyond the margin, in margins: what turning late costs."""

@@ -2,10 +2,11 @@
 
 A flight is a random round that uses each pair of movements once (an Eulerian circuit), so that
 every pair comes after whatever may come before it. Some flights make the table, others, held out,
-tell how far predictions are off by the number of movements since the own state was known. The tube
-is calibrated on all of them, each predicted by a table that the others make (split conformal, by
-leaving one out), so that no flight vouches for itself. A flight on its way repeats few pairs, which
-random rounds fly rarely: so the tube is never less than what holds the pair that strays most.
+tell how far predictions are off by the number of movements since the own state estimate was known.
+The tube is calibrated on all of them, each predicted by a table that the others make (split
+conformal, by leaving one out), so that no flight vouches for itself. A flight on its way repeats
+few pairs, which random rounds fly rarely: so the tube is never less than what holds the pair that
+strays most.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ STEP_S = 0.05
 SETTLES = 5
 """Times that a movement is flown until it is trimmed."""
 FARTHEST = 8
-"""Movements since the own state was known, up to which predictions are held against truth."""
+"""Movements since the own state estimate was known, up to which predictions are checked against
+truth."""
 NOWHERE = 0.02
 """Share of the longest movement within which a trimmed one leads nowhere."""
 TUBE = 0.999
@@ -49,7 +51,7 @@ class MeasureSettings:
     flights: int = 6
     """That make the table."""
     held_out: int = 3
-    """That predictions are held against."""
+    """That predictions are checked against."""
     seed: int = 0
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gusts_mps: float = 0.0

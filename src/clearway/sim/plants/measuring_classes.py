@@ -25,7 +25,7 @@ from clearway.vehicle.class_table import ClassTable
 from clearway.vehicle.reference import Reference
 
 TUBE = 0.99
-"""Share of own states that lie within the tube."""
+"""Share of own state estimates that lie within the tube."""
 Edge = tuple[int, int]
 """Class and movement."""
 

@@ -24,7 +24,7 @@ LED_TILT_RAD = 1.05
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Standard deviations of what the loops are told, drawn anew 20 times a second."""
+    """Standard deviations of what is reported to the loops, drawn anew 20 times a second."""
 
     velocity_mps: float = 0.02
     attitude_rad: float = 0.002

@@ -73,7 +73,7 @@ class FlightRow:
     emergencies: int = measure_run(lambda run: run.emergencies, 0)
     """Decisions in which nothing kept the margin."""
     escape: str = measure_run(lambda run: "" if run.ways_out is None else run.ways_out.flown, "")
-    """Which ways out were kept in hand; empty for other planners."""
+    """Which escapes were held; empty for other planners."""
     waypoints_reached: int = measure_run(lambda run: run.progress.waypoints_reached(run.mission), 0)
     time_s: float | None = measure_run(lambda run: run.metrics.time_s)
     crashed_s: float | None = measure_run(lambda run: run.crashed_s)

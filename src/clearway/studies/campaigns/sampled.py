@@ -32,7 +32,7 @@ from clearway.traffic.recorded.playing import PlayedTrack
 
 SETTINGS = RiskSettings()
 BODY_SHARE = 0.25
-"""Body radius that the margins (6.14) and (6.15) are told, of the margin."""
+"""Body radius that the margins (6.14) and (6.15) are given, of the margin."""
 
 
 def _ball_m(cylinder: Cylinder) -> float:
@@ -85,7 +85,7 @@ def sample_mission(seed: int, model: Path | None) -> MissionFile:
 
 
 def with_intruder(setup: FlightSetup, seed: int, model: Path | None) -> FlightSetup:
-    """The flight with the intruder on its sampled track, heard of every second."""
+    """The flight with the intruder on its sampled track, reported every second."""
     encounter = _draw(seed, model)
     upwards = np.array([1.0, 1.0, SETTINGS.stretch])
     told = slice(None, None, STEPS_PER_S)

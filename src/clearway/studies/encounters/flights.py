@@ -1,7 +1,7 @@
 """Encounters flown by the thousand: how many keep their distance, and which do not.
 
-Every encounter is one short simulated flight without sensors or obstacles, told apart by its seed
-alone, so that results do not depend on how many processes share the work.
+Every encounter is one short simulated flight without sensors or obstacles, distinguished by its
+seed alone, so that results do not depend on how many processes share the work.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
 """The ownship of 6.5 and its intruders, at scale 1."""
 BODY_RADIUS_M = 0.3
-"""Of the ownship, which the margins (6.14) and (6.15) of rivals are told."""
+"""Of the ownship, which the margins (6.14) and (6.15) of rivals are given."""
 AFTERWARDS_S = 10.0
 """Flown on after the straight flights have met, and half as long again as it took them."""
 CHUNK = 25

@@ -26,7 +26,7 @@ CORRIDOR_M = (10.0, 50.0, 8.0)
 NEVER_S = 600.0
 """Later than any flight of a study ends: their time is up after 420 s."""
 ESCAPES = (Escape.STRICT.value, Escape.KNOWN.value, Escape.OFF.value)
-"""Ways out that can be asked for: `mapped` would be strict, since no map is declared complete."""
+"""Escapes that can be asked for: `mapped` would be strict, since no map is declared complete."""
 ESCAPE: str = SafetySection().escape
 """That of a mission file that says nothing."""
 Variant = Callable[[MissionFile, float, int], MissionFile]

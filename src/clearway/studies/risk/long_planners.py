@@ -102,7 +102,7 @@ class LongTuning:
     """Of the outermost volume, buffers included."""
     horizon_s: float
     climb_weight: float = 3.0
-    """How much dearer a metre a second of climb is than one of level velocity."""
+    """How much more expensive a metre a second of climb is than one of level velocity."""
 
 
 MVP_TUNING = LongTuning(1.1, 60.0)

@@ -101,7 +101,7 @@ def replay_encounter(
 def _fly(
     encounter: ModelEncounter, planner: str, settings: RiskSettings
 ) -> tuple[FloatArray, FloatArray, list[tuple[float, str]]]:
-    """Times [n], true own path [n, 3], and what was said when."""
+    """Times [n], true own path [n, 3], and what was stated when."""
     if settings.vehicle:
         flight = fly_long(encounter, planner, settings)
         told = [

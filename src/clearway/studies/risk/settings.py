@@ -87,7 +87,7 @@ class RiskSettings:
     report_s: float = 1.0
     """Time between reports."""
     spare: float = 1.15
-    """Margin that planners are told to keep, in margins: intruders turn."""
+    """Margin that planners are asked to keep, in margins: intruders turn."""
     radius_nmi: float = 3.0
     """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
     half_height_ft: float = 1500.0

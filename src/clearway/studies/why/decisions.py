@@ -25,12 +25,12 @@ from clearway.vehicle.scale import suit_reach_m
 MOST_DECISIONS = 60
 """Of the decisive seconds; readings between them are taken in without one."""
 STEP_S, PARTS = 0.25, 5
-"""Between states of a plan that are computed, and into how many parts the way between is divided
-to be held against returns."""
+"""Between states of a plan that are computed, and into how many parts the way between is divided to
+be checked against returns."""
 FLOWN_S = 16.0
 """Of a plan and its escape, at most."""
 SIDE_SHARE = 0.5
-"""Of the margin that a plan must lead aside, up, or back to be called so."""
+"""Of the margin that a plan must lead to the side, up, or back to be called so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -79,7 +79,7 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CrashEvidence:
-    """All that causes are told apart by."""
+    """All that causes are distinguished by."""
 
     readings: int
     """In the decisive seconds."""

@@ -19,7 +19,7 @@ from clearway.traffic.intruder import Intruder
 STANDING = 1e-10
 """Ranges of the grid a second; what is slower stands still."""
 
-# Columns of the numbers that are told of each.
+# Columns of the numbers that are reported of each.
 RADIUS, TIME, POSITION_STD, VELOCITY_STD, BOUND, MANOEUVRE = range(6)
 
 
@@ -31,7 +31,7 @@ class Intruders(Sequence[Intruder]):
     """
 
     told: Sequence[Intruder]
-    """Each as it was told: all of it but place, velocity and time, if it was moved since."""
+    """Each as it was reported: all of it but place, velocity and time, if it was moved since."""
     position_m: FloatArray
     """[n, 3] read only."""
     velocity_mps: FloatArray
@@ -41,7 +41,7 @@ class Intruders(Sequence[Intruder]):
     numbers: FloatArray
     """[n, 6] read only: what else is known of each, in m and s; a bound that is not is 0."""
     moved: bool = False
-    """Whether they are seen elsewhere than they were told, at another time."""
+    """Whether they are seen elsewhere than they were reported, at another time."""
 
     __repr__ = brief
 
@@ -123,7 +123,7 @@ class Intruders(Sequence[Intruder]):
         self, velocity_mps: FloatArray, time_s: float, sigmas: float, horizon_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """[n] radius of a ball around each at a time that holds it wherever it has deviated to
-        since it was told, and [n] how fast that grows from then on.
+        since it was reported, and [n] how fast that grows from then on.
 
         The wider of its spreads or what its acceleration bound allows, plus `sigmas` standard
         deviations of the predicted position; as growth a bound counts by what it allows at the

@@ -182,7 +182,7 @@ def _pieces(
         begun = np.searchsorted(pair, count)
         passed = passed - (passed[begun] - counted[order][begun])[pair]
         last = low[pair] + passed - 1
-        # Nobody is heard of before the first report, and after the last one.
+        # Nothing is reported before the first report, and after the last one.
         own = last >= tracks.starts[indices][pair]
         at.append(np.where(own, last, tracks.starts[indices + 1][pair] - 1))
     long = (pair[1:] == pair[:-1]) & (np.diff(time_s) > LEAST_PIECE_S)
@@ -194,7 +194,7 @@ def _pieces(
 def _list_columns(
     tracks: JoinedTracks, one: IntArray, two: IntArray, time_s: FloatArray
 ) -> list[FloatArray]:
-    """All that is said of moments [n], in the order of the fields of ClosestPoints."""
+    """All that is stated of moments [n], in the order of the fields of ClosestPoints."""
     apart = tracks.apart(one, two, time_s)
     low, high = tracks.heights(one, two, time_s)
     east, north = (

@@ -1,4 +1,5 @@
-"""Recorded traffic played in a simulated flight: true where it was heard of, told as it was told.
+"""Recorded traffic played in a simulated flight: true where it was reported, told as it was
+reported.
 
 The aircraft fly as recorded, whatever the ownship does. Their positions are interpolated between
 reports over at most 12 s; where an aircraft is silent for longer, nobody knows where it was, so it
@@ -23,7 +24,7 @@ from clearway.traffic.recorded.aircraft import FASTEST_RECORDED_MPS, LONGEST_GAP
 from clearway.traffic.recorded.local import POSITION_STD_M, VELOCITY_STD_MPS
 
 CLIMB_WINDOW_S = 20.0
-"""Altitudes come in steps: where no climb is told, it is the mean over so long."""
+"""Altitudes come in steps: where no climb is reported, it is the mean over so long."""
 UNTOLD_VELOCITY_STD_MPS = 5.0
 """Of a velocity that is taken from the last two positions."""
 
@@ -55,7 +56,7 @@ class PlayedTrack:
         object.__setattr__(self, "known", known)
 
     def at(self, time_s: float) -> FloatArray | None:
-        """[3] position at a time; None where it is not heard of."""
+        """[3] position at a time; None where it is not reported."""
         after = bisect_right(self.time_s, time_s + 1e-9)
         if after == 0:
             return None
@@ -81,7 +82,7 @@ class RecordedTraffic:
         self.tracks: dict[str, TimedPlaces] = {}
         self._played = tuple(tracks)
         self._heard_within_m, self._deaf = heard_within_m, deaf
-        # What was told shortly before is known at the start.
+        # What was reported shortly before is known at the start.
         self._told = {one.name: bisect_left(one.time_s, -LONGEST_GAP_S) for one in tracks}
         self._own = np.zeros(3)
 

@@ -87,7 +87,7 @@ def _sample(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
 
 
 def _whole_seconds(one: Aircraft) -> tuple[IntArray, FloatArray]:
-    """Whole seconds [n], ascending, at which it is heard of, and between which reports each is."""
+    """Whole seconds [n], ascending, at which it is reported, and between which reports each is."""
     segments = np.flatnonzero(one.heard_of)
     first = np.ceil(one.time_s[segments])
     counts = (np.floor(one.time_s[segments + 1]) - first + 1.0).astype(np.int64)

@@ -35,7 +35,7 @@ class HeardOf(NamedTuple):
 
 
 class Watch:
-    """What is heard of one aircraft in one encounter."""
+    """What is reported of one aircraft in one encounter."""
 
     def __init__(
         self, kind: Surveillance, truth: Truth, lasts_s: float, seed: tuple[int, ...]

@@ -48,7 +48,7 @@ class Surveillance:
     """Deviation of the constant error of height, barometric against barometric."""
     altitude_noise_m: float = 0.0
     altitude_step_m: float = 0.0
-    """Heights are told in steps of this."""
+    """Heights are reported in steps of this."""
     latency_s: float = 0.0
     """From the time that a report is of to when it is heard; it carries that time."""
     untold_s: float = 0.0

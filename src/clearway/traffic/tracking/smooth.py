@@ -17,8 +17,8 @@ from clearway.base.frames import FloatArray
 from clearway.traffic.surveillance.heard import HeardOf
 
 LEVEL_MPS2 = 1.5
-"""How hard traffic is taken to turn or speed up: the gain of a velocity that is told well is then
-about 0.6 at a report a second."""
+"""How hard traffic is taken to turn or speed up: the gain of a velocity that is reported well is
+then about 0.6 at a report a second."""
 CLIMB_MPS2 = 0.7
 UNKNOWN_MPS = 60.0
 """Deviation of the velocity before any was measured."""

@@ -39,7 +39,7 @@ class Tracks:
     born: int = 0
     """Tracks ever begun."""
     ended: int = 0
-    """Believed tracks that ended because nothing was heard of them."""
+    """Believed tracks that ended because nothing was reported of them."""
     left_out: Mapping[str, int] = field(
         default_factory=lambda: MappingProxyType(dict.fromkeys(LEFT_OUT, 0))
     )

@@ -1,7 +1,7 @@
 """Reports of intruders, tracks made of them, and the filter between: straight flight with noise.
 
 A track's state is position and velocity in the world frame; between reports it is predicted as
-straight flight disturbed by random accelerations, so what is not heard of grows uncertain.
+straight flight disturbed by random accelerations, so what is not reported grows uncertain.
 """
 
 from __future__ import annotations

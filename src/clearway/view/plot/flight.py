@@ -1,6 +1,6 @@
 """Pictures of a flight in space, from above and from the side (figs. 6.14-6.17).
 
-Executed path blue, planned path red, way out in hand dashed, field of view dashed black, waypoints
+Executed path blue, planned path red, held escape dashed, field of view dashed black, waypoints
 green squares, what the sensors have seen so far as dots: the paper's legend.
 """
 
@@ -108,9 +108,9 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
 
 
 def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
-    """[n, 3] each: the way out in hand at a decision, or at a few over the whole flight.
+    """[n, 3] each: the held escape at a decision, or at a few over the whole flight.
 
-    Those that lead where nobody has looked, though strict ones are asked for, are left out.
+    Those that lead through unobserved space, though strict ones are asked for, are left out.
     """
     entries = run.decisions if index is None else run.decisions[index : index + 1]
     decisions = [entry.flight.decision for entry in entries]

@@ -35,7 +35,7 @@ SILENCE_S = 0.1
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    """The record of the log, with plan, way out, and the moving that were reckoned with."""
+    """The record of the log, with plan, escape, and the moving that were reckoned with."""
     message = decision_record(entry)
     flight = entry.flight
     if isinstance(flight, FlightDecision):
