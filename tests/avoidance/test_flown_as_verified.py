@@ -104,7 +104,7 @@ def test_start_pitches_of_the_set_are_taken_as_they_are() -> None:
     for pitch, prepared in PLANNER.prepared_sets:
         for roll in (0.0, 0.4):
             state = State(np.zeros(3), [roll, pitch, 1.0])
-            assert PLANNER.prepared_at(state) is prepared
+            assert PLANNER.prepare_at(state) is prepared
 
 
 def test_a_start_pitch_predicted_anew_is_the_set() -> None:

@@ -81,7 +81,7 @@ def test_a_waypoint_counts_as_reached_from_above_or_below(height_m: float) -> No
     assert run.time_s[-1] < 26.0
     assert not run.states[:, 2].any()
     start = Situation(State(np.array([11.5, 3.0, 0.0])), np.array([12.0, 3.0, height_m]))
-    assert arrival(LEVEL.prepared(0.0).reach_set, goal_of(start, stays_level=True)).first.any()
+    assert arrival(LEVEL.prepare(0.0).reach_set, goal_of(start, stays_level=True)).first.any()
 
 
 def test_what_can_climb_has_to() -> None:

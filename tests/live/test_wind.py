@@ -93,7 +93,7 @@ def test_what_was_told_before_take_off_counts_until_own_states_say_more():
 
 @given(wind=WINDS)
 def test_places_of_a_carried_reach_set_move_on_with_their_time(planner, wind):
-    at_rest = planner.prepared(0.0).reach_set
+    at_rest = planner.prepare(0.0).reach_set
     carried = drift_reach_set(at_rest, wind)
     np.testing.assert_allclose(
         carried.states[:, :3], at_rest.states[:, :3] + wind * at_rest.end_time_s[:, None]
@@ -105,7 +105,7 @@ def test_places_of_a_carried_reach_set_move_on_with_their_time(planner, wind):
 
 
 def test_without_wind_the_cells_looked_up_anew_are_those_of_the_set(planner):
-    at_rest = planner.prepared(0.0).reach_set
+    at_rest = planner.prepare(0.0).reach_set
     carried = drift_reach_set(at_rest, np.zeros(3))
     kept = 0
     for n in range(at_rest.nodes):
@@ -122,7 +122,7 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
     assert windy.wind_mps is situation.wind_mps
     first = windy.prepared.reach_set.path(windy.choice.node)[0]
     end = windy.prepared.reach_set.states[first]
-    calm = planner.prepared(0.0).reach_set
+    calm = planner.prepare(0.0).reach_set
     same = np.flatnonzero((calm.parent < 0) & (calm.movement == calm.movement[first]))[0]
     np.testing.assert_allclose(end[:3], calm.states[same, :3] + wind)
 

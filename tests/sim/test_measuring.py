@@ -173,7 +173,7 @@ def test_every_movement_that_may_have_been_flown_last_has_a_reach_set_of_its_own
     planner = Planner.of(library)
     for previous in automaton.names:
         state = in_class_after(automaton, State(np.zeros(3)), previous)
-        reach_set = planner.prepared_at(state).reach_set
+        reach_set = planner.prepare_at(state).reach_set
         for n in np.flatnonzero(reach_set.parent < 0):
             name = automaton.names[reach_set.movement[n]]
             expected = way(table, previous, name)[-1, :3]

@@ -331,7 +331,7 @@ class Knowledge:
             return None
         place_m, known = state.position_m, self.sensing.remembered
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
-        asked_m = float(self.planner.prepared_at(state).away_m.max())
+        asked_m = float(self.planner.prepare_at(state).away_m.max())
         target_m = self.progress.target(self.mission)
         field, is_known = routes.field(place_m, target_m, asked_m)
         if self.followed:

@@ -44,7 +44,7 @@ class FromHere:
 def prepare_here(planner: Planner, situation: Situation) -> PreparedReachSet:
     """What can be flown, and how it is to be verified: in this wind, above this floor."""
     settings = planner.settings
-    prepared = planner.prepared_at(situation.state)
+    prepared = planner.prepare_at(situation.state)
     has_inertia = planner.automaton.has_inertia
     if planner.escapes is not None and settings.escape != Escape.KNOWN and not has_inertia:
         # It finds room where it is needed, and in all that can be flown.

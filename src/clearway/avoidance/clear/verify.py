@@ -242,8 +242,8 @@ def first_clear_of(
     With a loiter, a trajectory out through the side must also leave room to circle at its end.
     cost: [candidates] what they cost otherwise, ascending. price: [candidates] what it
     costs to have no room to circle early on the way: such a one is taken only where all that have
-    it cost as much more, since what is entered without room to turn round may be a dead end; 0 for those that need
-    none. known: of the same hazards and margin, by `KnownClearances.at`.
+    it cost as much more, since what is entered without room to turn round may be a dead end; 0 for
+    those that need none. known: of the same hazards and margin, by `KnownClearances.at`.
     """
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)

@@ -243,7 +243,7 @@ class Planner:
         longest = max(float(one.reach_set.end_time_s.max()) for _, one in sets)
         return max(self.grid.range_m / self.speed_mps, longest)
 
-    def prepared_at(self, state: State) -> PreparedReachSet:
+    def prepare_at(self, state: State) -> PreparedReachSet:
         """The reach set whose start pitch is nearest, flown from the true attitude.
 
         What is verified is then what is flown, from whatever attitude.
@@ -252,9 +252,9 @@ class Planner:
         classes = self.automaton.classes
         if classes is not None:  # Rooted in each class already.
             return self.prepared_sets[classes.class_at(roll)][1]
-        return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
+        return self.prepare(pitch).flown_from(self.automaton, roll, pitch)
 
-    def prepared(self, pitch_rad: float) -> PreparedReachSet:
+    def prepare(self, pitch_rad: float) -> PreparedReachSet:
         """The reach set whose start pitch is nearest; the flatter one of two."""
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))

@@ -42,7 +42,7 @@ def routes(
     planner: Planner, situation: Situation, prepared: PreparedReachSet | None = None
 ) -> Routes:
     """Compute costs of the planner's trajectories at this pitch, or of a given reach set."""
-    prepared = prepared or planner.prepared_at(situation.state)
+    prepared = prepared or planner.prepare_at(situation.state)
     reach_set = prepared.reach_set
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     free = assess_cells(Evidence.free(reach_set.grid))

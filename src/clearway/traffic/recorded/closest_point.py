@@ -41,11 +41,11 @@ class JoinedTracks:
     def of(cls, aircraft: Sequence[Aircraft]) -> JoinedTracks:
         """Of aircraft in their order."""
 
-        def joined(name: str) -> FloatArray:
+        def join(name: str) -> FloatArray:
             return np.concatenate([np.zeros(0), *(getattr(one, name) for one in aircraft)])
 
         counts = [len(one.time_s) for one in aircraft]
-        speed, track = joined("ground_speed_mps"), joined("track_rad")
+        speed, track = join("ground_speed_mps"), join("track_rad")
         segments = [np.append(one.segment_mps, np.nan) for one in aircraft]
         flown = [
             np.append(one.heard_of & ~(one.on_ground[:-1] | one.on_ground[1:]), False)
@@ -53,11 +53,11 @@ class JoinedTracks:
         ]
         return cls(
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-            joined("time_s"),
-            joined("latitude_deg"),
-            joined("longitude_deg"),
-            joined("barometric_m"),
-            joined("geometric_m"),
+            join("time_s"),
+            join("latitude_deg"),
+            join("longitude_deg"),
+            join("barometric_m"),
+            join("geometric_m"),
             speed,
             speed * np.sin(track),
             speed * np.cos(track),
