@@ -11,7 +11,7 @@ from clearway.io.poses.bag_poses import SOURCES
 from clearway.io.poses.pose_file import POSE_FORMATS as POSES
 from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
 from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
-from clearway.missions.mission_file import built_in_missions, read_mission_file
+from clearway.missions.mission_file import list_built_in_missions, read_mission_file
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.setup import prepare
 from clearway.reach.sets import METHODS, tuning_of
@@ -74,14 +74,14 @@ def _methods() -> str:
 def _missions() -> str:
     """The missions that come with clearway, seed of the file, as they fly today."""
     rows = []
-    for name in sorted(built_in_missions()):
+    for name in sorted(list_built_in_missions()):
         for planner, rating in (
             ("clearway", "total"),
             ("clearway", "calibrated"),
             ("straight", ""),
         ):
             file = read_mission_file(name)
-            changed = file.changed("rating", name=rating) if rating else file
+            changed = file.with_values("rating", name=rating) if rating else file
             told = prepare(changed).fly_with(planner).summary()
             nearest = (
                 "" if told[key] is None else f"{told[key]:.2f} m"

@@ -141,11 +141,11 @@ def test_ways_out_are_insisted_on_where_sensors_see_enough() -> None:
 
 
 def test_a_guardian_never_insists_and_says_so() -> None:
-    plan = escape_plan(planner(escape="known"), [LIDAR]).unseen_is_free()
+    plan = escape_plan(planner(escape="known"), [LIDAR]).count_unobserved_as_free()
     assert not plan.insists
     assert plan.why == "what nobody has seen counts as free: no guarantee"
     strict = escape_plan(planner(escape="strict"), [LIDAR])
-    assert strict.unseen_is_free() is strict
+    assert strict.count_unobserved_as_free() is strict
 
 
 def test_who_pays_nothing_for_want_of_room_or_can_stop_does_not() -> None:

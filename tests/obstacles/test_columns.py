@@ -103,7 +103,7 @@ def test_moved_columns_are_as_far_from_moved_places() -> None:
     shift, yaw = np.array([12.0, -40.0, 7.0]), 0.8
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     probes = np.random.default_rng(5).uniform(-15.0, 15.0, (50, 3))
-    moved = world.moved(shift, yaw)
+    moved = world.move(shift, yaw)
     np.testing.assert_allclose(
         moved.distance_m(shift + probes @ turn.T), world.distance_m(probes), atol=1e-9
     )

@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.ros2.clouds import read_cloud_points
-from clearway.ros2.messages import damages, made, pack_message, unpacked
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
 from clearway.ros2.parameter_file import read_parameters
 from clearway.ros2.parameters import Names
 from clearway.ros2.told import header, point
@@ -100,7 +100,9 @@ def told_in_a_frame(frame: str = "map", at_s: float = 0.1, **more: Any) -> Any:
         "address": 0x123456, "position": point(np.array([0.0, 8.0, 0.0])), "radius": 0.4,
         "velocity": point(np.array([-1.0, 0.0, 0.0]), "Vector3"),
     } | more  # fmt: skip
-    return made("clearway_msgs/msg/Aircraft", header=header(BEGAN_S + at_s, frame), **fields)
+    return make_message(
+        "clearway_msgs/msg/Aircraft", header=header(BEGAN_S + at_s, frame), **fields
+    )
 
 
 def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
@@ -138,7 +140,7 @@ def test_one_that_says_nothing_is_counted(wrong: dict[str, Any], reason: str) ->
 
 def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
     bench.fly(2)
-    goal = made("geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, "map"))
+    goal = make_message("geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, "map"))
     goal.pose.position.x, goal.pose.position.y = 20.0, 20.0
     bench.bus.tell("/goal_pose", goal)
     bench.fly(1, begins=2)
@@ -288,14 +290,14 @@ def test_clouds_of_any_layout(big_endian: bool, rows: int) -> None:
     later = np.arange(8) * 0.01
     message = cloud(1.0, points, later_s=later, big_endian=big_endian, rows=rows)
     found = read_cloud_points(
-        unpacked(pack_message(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2"
+        unpack_cdr(pack_message(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2"
     )
     assert found.points_m == pytest.approx(points)
     assert found.later_s == pytest.approx(later)
 
 
 def test_laser_scans() -> None:
-    message = made(
+    message = make_message(
         "sensor_msgs/msg/LaserScan", angle_min=0.0, angle_increment=0.5 * math.pi,
         range_min=0.1, range_max=10.0, ranges=np.array([1.0, 2.0, np.inf, np.nan], np.float32),
     )  # fmt: skip
@@ -312,8 +314,8 @@ def fuzzed(bench: RosBench, number: int, seed: int) -> None:
         "/tf": pack_message(transform("a", "b")),
         "/tf_static": pack_message(transform("c", "b")),
         "/adsb": pack_message(transponder()),
-        "/goal_pose": pack_message(made("geometry_msgs/msg/PoseStamped")),
-        "/path_in": pack_message(made("nav_msgs/msg/Path")),
+        "/goal_pose": pack_message(make_message("geometry_msgs/msg/PoseStamped")),
+        "/path_in": pack_message(make_message("nav_msgs/msg/Path")),
     }
     topics = list(good)
     for count in range(number):
@@ -357,7 +359,7 @@ def test_a_hundred_thousand_malformed_messages(bench: RosBench) -> None:
 def test_bytes_that_are_no_message_raise_what_is_foreseen() -> None:
     for raw in (b"", b"\0", b"\0\1\0\0", b"\0\1\0\0" + b"\xff" * 40):
         with pytest.raises(damages()):
-            unpacked(raw, "nav_msgs/msg/Odometry")
+            unpack_cdr(raw, "nav_msgs/msg/Odometry")
 
 
 GENERAL = "/**: {ros__parameters: {mission: m.toml, rate: 5.0}}"

@@ -34,7 +34,7 @@ CSV_COLUMNS = (
     "kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner", "aside_m",
 )  # fmt: skip
 AVOIDING = ("kept", "share", "wilson_95", "verdict", "min_distance_m", "with_emergency", "failures")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def encounters(
@@ -140,7 +140,9 @@ def encounters(
         return
     kinds = _every_kind() if every_kind else [settings]
     seeds = range(seed, seed + count)
-    tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in planners]
+    tallies = [
+        fly_encounters_with_bar(kind, seeds, workers, name) for kind in kinds for name in planners
+    ]
     if as_json:
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
@@ -156,9 +158,9 @@ def encounters(
 
 def _planners(names: list[str] | None) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
-    from clearway.sim.baselines import CLEARWAY, known_planner
+    from clearway.sim.baselines import CLEARWAY, check_planner_name
 
-    return list(dict.fromkeys(known_planner(name) for name in names or [CLEARWAY]))
+    return list(dict.fromkeys(check_planner_name(name) for name in names or [CLEARWAY]))
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -167,7 +169,7 @@ def _every_kind() -> list[EncounterSettings]:
     return list(STANDARD_KINDS)
 
 
-def flown(
+def fly_encounters_with_bar(
     settings: EncounterSettings, seeds: Sequence[int], workers: int, planner: str
 ) -> EncounterTally:
     """Fly encounters with a progress bar on standard error."""
@@ -215,7 +217,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
     from rich.table import Table
 
     from clearway.sim.baselines import NOT_APPLICABLE
-    from clearway.sim.baselines.notes import not_known, shared
+    from clearway.sim.baselines.notes import list_shared_notes, not_known
 
     console = table_console()
     table = Table()
@@ -245,7 +247,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
     print("aside: farthest from straight flight, mean; a decision: median")
     for line in not_known((tally.planner, tally.hidden) for tally in tallies):
         print(line)
-    for line in shared(list(dict.fromkeys(tally.planner for tally in tallies))):
+    for line in list_shared_notes(list(dict.fromkeys(tally.planner for tally in tallies))):
         print(line)
     for tally in tallies:
         if tally.hidden:
@@ -333,9 +335,9 @@ def _fly_one(
 
 def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
     """One row per encounter."""
-    from clearway.io.staging import staged_file
+    from clearway.io.staging import stage_file
 
-    with staged_file(path) as scratch, scratch.open("w", newline="") as file:
+    with stage_file(path) as scratch, scratch.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(CSV_COLUMNS)
         for tally in tallies:

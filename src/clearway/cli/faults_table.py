@@ -19,7 +19,7 @@ OTHERS = "Where sensors see too little for that, other ways out were flown, as i
 
 
 def title_of(points: Sequence[Point]) -> str:
-    """How many flights, and by which ways out."""
+    """How many flights, and by which escapes."""
     first = points[0]
     return f'{len(first.flights)} flights at each level, escape = "{first.escape_asked}"'
 
@@ -45,7 +45,7 @@ def panels_of(points: Sequence[Point]) -> list[Panel]:
 
 
 def put_table(points: Sequence[Point], page: Path) -> None:
-    """The table between the marks of a page, which are named after the ways out asked for."""
+    """The table between the marks of a page, which are named after the escapes asked for."""
     from clearway.io.marked_page import put_between_marks
 
     first = points[0]
@@ -91,7 +91,7 @@ def _rows(points: Sequence[Point]) -> list[tuple[str, str, str, str]]:
 
 
 def _title(points: Sequence[Point]) -> str:
-    """Of one study, with the ways out that were flown where these are others."""
+    """Of one study, with the escapes that were flown where these are others."""
     from clearway.studies.faults import STUDIES
 
     others = dict.fromkeys(p.escape_mode for p in points if p.escape_mode != p.escape_asked)

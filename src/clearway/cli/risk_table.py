@@ -21,7 +21,7 @@ def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     from rich.table import Table
 
     from clearway.sim.baselines import NOT_APPLICABLE
-    from clearway.sim.baselines.notes import not_known, shared
+    from clearway.sim.baselines.notes import list_shared_notes, not_known
     from clearway.studies.risk.ratios import MEASURES
 
     console = table_console()
@@ -47,7 +47,7 @@ def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     console.print(table)
     for line in not_known((name, each["hidden"]) for name, each in summary["planners"].items()):
         print(line)
-    for line in REAL_SCALE if result.settings.vehicle else shared(result.planners):
+    for line in REAL_SCALE if result.settings.vehicle else list_shared_notes(result.planners):
         print(line)
     effective = ", ".join(
         f"{PLURALS[name]} {summary['effective'][name]:.0f}" for name in summary["effective"]

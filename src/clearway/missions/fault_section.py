@@ -24,7 +24,7 @@ class FaultsSection(Section):
     late_from_s: Annotated[float, Field(ge=0.0)] | None = None
     """Time from which on, for late_s, no decision comes; default: never."""
     late_s: Annotated[float, Field(ge=0.0)] = 0.0
-    """For how long: what the last decision left in hand is flown meanwhile."""
+    """For how long: what the last decision holds is flown meanwhile."""
     report_loss: Share = 0.0
     """Share of reports of traffic that get lost."""
     spoofed: Share = 0.0

@@ -62,7 +62,7 @@ class MissionSection(Section):
     reach_radius_m: Positive = REACH_RADIUS_M
     """A waypoint is reached within this distance. Default: [what suits the
     vehicle](missions.md#what-suits-the-vehicle), the value here at 1 m/s. With less than half a
-    movement, or an eighth of the turning radius, it may be circled for ever, which is said before
+    movement, or an eighth of the turning radius, it may be circled for ever, which is stated before
     take-off."""
     landing_m: Points = ()
     """Points of the landing sequence, after the last waypoint. It ends where the vehicle comes
@@ -121,8 +121,8 @@ class VehicleSection(Section):
     slow_mps: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
     """Of an inertialess vehicle, slower speeds to fly at; default: half the speed."""
     body_radius_m: NotNegative = 0.3
-    """Distance from the vehicle's centre within which it is: kept from what nobody has seen, and
-    drawn in the picture of distances."""
+    """Distance from the vehicle's centre within which it is: kept from unobserved space, and drawn
+    in the picture of distances."""
 
     @model_validator(mode="after")
     def _keys_suit_the_kind(self) -> Self:
@@ -196,7 +196,7 @@ class VehicleSection(Section):
 
     def to_plant(self) -> PlantKind | None:
         """What truly moves; None for what does as the automaton predicts."""
-        return None if self.plant is None else PLANTS.named(self.plant)
+        return None if self.plant is None else PLANTS.find(self.plant)
 
     def to_automaton(self) -> MovementAutomaton:
         if self.automaton is not None:
@@ -249,9 +249,10 @@ class SafetySection(Section):
     sigmas: NotNegative = 3.0
     """Standard deviations of the own position by which the margin grows."""
     own_drift_mps: NotNegative = 0.05
-    """Growth of the margin with the age of the own state."""
+    """Growth of the margin with the age of the own state estimate."""
     wind_mps: Place = (0.0, 0.0, 0.0)
-    """What is known of the wind before take-off, world frame; from then on own states tell it."""
+    """What is known of the wind before take-off, world frame; from then on own state estimates tell
+    it."""
     point_sigmas: NotNegative = 2.0
     """Standard deviations of the range by which a hit point grows."""
     smallest_object_m: Positive | None = None
@@ -259,25 +260,25 @@ class SafetySection(Section):
     apart for it are refused before take-off, and returns stay until beams fine enough for it see
     nothing there. Default: not declared, and the log says what the beams can hold."""
     escape: Literal["strict", "mapped", "known", "off"] = "strict"
-    """What must be known of the way out that every decision holds in hand. strict: it leads through
-    space that was seen to be free; mapped: or where a map is declared complete (`map.complete`);
-    known: the same while that leads on, then what is unseen is free, without guarantee; off: none
-    is asked for. Where sensors see too little for strict, known is flown, what is unseen being free
-    throughout, and said before take-off; see [safety.md](safety.md)."""
+    """What must be known of the escape that every decision holds. strict: it leads through space
+    that was seen to be free; mapped: or where a map is declared complete (`map.complete`); known:
+    the same while that leads on, then what is unobserved is free, without guarantee; off: none is
+    asked for. Where sensors see too little for strict, known is flown, what is unobserved being
+    free throughout, and said before take-off; see [safety.md](safety.md)."""
     unobserved_m: NotNegative = 0.0
-    """Metres of a way out that may lead through unobserved space, of vehicles without inertia. 0
-    keeps `escape = "strict"`; more is flown under the name `budgeted`: only where no way out is all
+    """Metres of an escape that may lead through unobserved space, of vehicles without inertia. 0
+    keeps `escape = "strict"`; more is flown under the name `budgeted`: only where no escape is all
     seen, and never through what was seen or mapped to stand there. No guarantee holds then; its
     measured risk is in [sight.md](sight.md)."""
     narrow: Literal["refuse", "allow"] = "refuse"
-    """Places in which the vehicle cannot turn. refuse: they are entered only where a way out leads
+    """Places in which the vehicle cannot turn. refuse: they are entered only where an escape leads
     on through them; allow: they are flown through without one, as far as they are seen, where every
     way that leaves one costs more by `prices.no_room`. No guarantee holds there, and the log and
     the summary say from when to when."""
     start_free_m: NotNegative | None = None
     """Radius of the ball about the start that counts as seen to be free, never over a return;
     default: the length of a movement, or for a vehicle that can stop as far as it takes to leave
-    any start, three movements or margins at most, which is said."""
+    any start, three movements or margins at most, which is stated."""
     obstacles_span_m: Annotated[tuple[Coordinate, Coordinate], Field(strict=False)] | None = None
     """Lowest and highest height, in the frame of the waypoints. It declares that whatever stands
     between them reaches through all heights between them, as pillars, walls and trunks do. A sensor
@@ -329,14 +330,14 @@ class RatingSection(Section):
 
 
 class VerifySection(Section):
-    """`[verify]`: whether candidates are held against the evidence itself."""
+    """`[verify]`: whether candidates are checked against the evidence itself."""
 
     method: Literal["evidence", "none"] = "evidence"
     """none flies on cell ratings alone, as the paper does."""
 
 
 class PricesSection(Section):
-    """`[prices]`: small prices beside the length flown."""
+    """`[prices]`: small cost weights beside the length flown."""
 
     turn: NotNegative = 0.2
     """Per movement that is not smooth, as a share of its length."""
@@ -345,8 +346,8 @@ class PricesSection(Section):
     vertical: NotNegative | None = None
     """Per metre of height changed; by default 0.15, and 0.25 where the vehicle stops at once."""
     risk: NotNegative | None = None
-    """Per unit of -log P_R, in movement lengths: a dearer but safer trajectory may win; by default
-    0.5, and 0 where the vehicle has inertia."""
+    """Per unit of -log P_R, in movement lengths: a more expensive but safer trajectory may win; by
+    default 0.5, and 0 where the vehicle has inertia."""
     coated: NotNegative | None = None
     """For passing cells that the margin around evidence reaches into, in movement lengths; by
     default 3, and 0 where the vehicle can stop."""

@@ -13,7 +13,7 @@ from clearway.io.choices import OneOf
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
-from clearway.missions.sections import ObstacleSection, Point, Positive, said
+from clearway.missions.sections import ObstacleSection, Point, Positive, state_problems
 from clearway.obstacles.columns import Columns
 from clearway.sim.column_fields import COLUMN_WORLDS
 
@@ -51,7 +51,7 @@ class ColumnsSection(Section):
     def _is_one_of_three(self) -> Self:
         if (self.file is not None) + bool(self.rows_m) + (self.made is not None) > 1:
             raise ValueError("give one of file, rows_m and made")
-        said(lambda: Columns(self.rows_m))
+        state_problems(lambda: Columns(self.rows_m))
         return self
 
     def to_columns(self) -> Columns:
@@ -90,11 +90,11 @@ class MapSection(Section):
 
     files: Annotated[tuple[str, ...], Field(strict=False)] = ()
     """Relative to the mission file; see [maps.md](maps.md) for the formats. Needed unless
-    `complete` is given, which may be said of `[[obstacle]]` alone."""
+    `complete` is given, which may be stated of `[[obstacle]]` alone."""
     complete: bool | Annotated[tuple[Point, Point], Field(strict=False)] = False
     """Where what is known, by files and by `[[obstacle]]`, is all that stands there: true for
     everywhere, or lowest and highest corner of a box, world frame. With `safety.escape = "mapped"`
-    unseen space counts as free there, and nowhere else."""
+    unobserved space counts as free there, and nowhere else."""
     known: Literal["world", "map", "both"] = "both"
     """both: really there and on the map; world: there, but not on the map; map: on the map only.
     Zones to keep out of are always on the map only."""

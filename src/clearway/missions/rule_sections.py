@@ -36,7 +36,7 @@ class RulesSection(Section):
     right_of_way: bool = False
     """Head on turn right, pass behind who comes from the right, overtake on the right."""
     separation: Literal["any", "horizontal", "vertical"] = "any"
-    """How to keep clear of traffic: by turns only, by height only, or by both."""
+    """How to keep clear of traffic: by turning only, by height only, or by both."""
     separation_within_m: Annotated[float, Field(gt=0.0)] | None = None
     """How near traffic has to be for that; default: wherever it is known."""
     route_m: Annotated[float, Field(gt=0.0)] | None = None
@@ -116,5 +116,5 @@ def mission_rules(
         rules.append(vertical_only(within))
     if section.route_m is not None:
         rules.append(near_route(section.route_m))
-    rules += [OWN_RULES.named(name) for name in section.own]
+    rules += [OWN_RULES.find(name) for name in section.own]
     return tuple(rules)

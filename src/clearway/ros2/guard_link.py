@@ -56,7 +56,7 @@ class GuardLink(TopicLink[GuardSession]):
         sends = partial(self._tell_set_point, outcome)
         outcome = self.handing.send(self.session, outcome, wall_s, sends)
         if guarded is not None:
-            self.publish("~/decision", told.string_of(told.guarded_row(outcome)))
+            self.publish("~/decision", told.string_of(told.make_guarded_row(outcome)))
             decision = guarded.decision
             if decision is not None:
                 time_s = outcome.time_s

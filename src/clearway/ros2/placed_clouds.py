@@ -39,7 +39,7 @@ FIELD_SLACK_RAD = math.radians(5.0)
 
 
 class PlacedClouds:
-    """Of the mission's sensors by name; feed it with own states."""
+    """Of the mission's sensors by name; feed it with own state estimates."""
 
     def __init__(
         self, transforms: Transforms, base_frame: str, lidars: Mapping[str, Lidar]
@@ -50,7 +50,7 @@ class PlacedClouds:
         """Sensors that have been seen to look where their beams do."""
 
     def move(self, state: State, heading_rad: float) -> None:
-        """The own state at a new time."""
+        """The own state estimate at a new time."""
         self._past.add(state, heading_rad)
 
     def flaw(self, name: str, frame: str, time_s: float, points_m: FloatArray) -> str | None:
@@ -77,12 +77,12 @@ class PlacedClouds:
         def scan(_state: State, _heading: float) -> Scan:
             placed = points.points_m
             if deskew and points.later_s is not None and len(placed):
-                placed = self._deskewed(name, placed, points.later_s, time_s)
+                placed = self._deskew(name, placed, points.later_s, time_s)
             return Scan(placed, time_s, sensor=name)
 
         return scan
 
-    def _deskewed(
+    def _deskew(
         self, name: str, points_m: FloatArray, later_s: FloatArray, time_s: float
     ) -> FloatArray:
         """Points as they would have come all at the stamp."""

@@ -66,7 +66,7 @@ class Ros2Link(TopicLink[Session]):
 
     @property
     def decision_topic(self) -> str:
-        """Where decisions are told."""
+        """Where decisions are reported."""
         return self.names("~/decision")
 
     # --- out ------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ from clearway.ros2.bus import (
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kinds import TRAFFIC_KINDS, Heard
-from clearway.ros2.messages import damages, made, pack_message, unpacked
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import (
     CloudParameters,
@@ -71,10 +71,12 @@ class TopicLink(TopicTeller[S]):
             self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)
             self._subscribe(heard)
         self._advertise()
-        kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
+        kinds = {one.kind for one in self._by_topic.values()} | {
+            one[1] for one in self._list_published()
+        }
         for kind in kinds:
-            unpacked(
-                pack_message(made(kind)), kind
+            unpack_cdr(
+                pack_message(make_message(kind)), kind
             )  # The first of a kind takes 10 ms, here and not then.
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
@@ -141,7 +143,7 @@ class TopicLink(TopicTeller[S]):
             return
         topic.take(wall_s if one.recorded_s is None else one.recorded_s)
         try:
-            message = unpacked(one.raw, heard.kind)
+            message = unpack_cdr(one.raw, heard.kind)
             heard.take(message, wall_s, one.topic)
         except ClearwayError:  # Some are ValueErrors too.
             topic.refused += 1
@@ -240,6 +242,6 @@ class TopicLink(TopicTeller[S]):
     def place_of(self, pose: Any, now_s: float, topic: str) -> FloatArray | None:
         """[3] of a topic's PoseStamped in the map frame; None where nothing ties its frame."""
         frame = pose.header.frame_id.lstrip("/")
-        found = transform_of(pose.pose.position, told.turned(0.0))
+        found = transform_of(pose.pose.position, told.turn_into_message(0.0))
         there = self.transforms.locate(frame, self.parameters.map_frame, now_s, topic)
         return None if found is None or there is None else found.then(there).position_m

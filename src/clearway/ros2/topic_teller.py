@@ -14,7 +14,7 @@ from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import USUAL, MissingMessageError, Quality, TopicBus
 from clearway.ros2.heard import HeardTopic
-from clearway.ros2.kernel import dropped_datagrams
+from clearway.ros2.kernel import count_dropped_datagrams
 from clearway.ros2.kinds import SET_POINT_KINDS, base_of
 from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import Names, NodeParameters, SetPointParameters
@@ -40,10 +40,10 @@ class TopicTeller(Generic[S]):
         self._said, self._untold = set[str](), set[str]()
         self._unheard: list[str] = []
         self._diagnosed_s = -math.inf
-        self._dropped_before = dropped_datagrams() or 0
+        self._dropped_before = count_dropped_datagrams() or 0
 
     def _advertise(self) -> None:
-        for name, kind, quality in self._told():
+        for name, kind, quality in self._list_published():
             topic = self.names(name)
             try:
                 self.bus.advertise(topic, kind, quality)
@@ -53,7 +53,7 @@ class TopicTeller(Generic[S]):
                 self._untold.add(topic)
                 self.counts[f"{topic}: not published, {missing}"] += 1
 
-    def _told(self) -> list[tuple[str, str, Quality]]:
+    def _list_published(self) -> list[tuple[str, str, Quality]]:
         """Topics, kinds and qualities of what is published."""
         given = self.parameters
         told = [*self.told_always, DIAGNOSTICS]
@@ -122,7 +122,7 @@ class TopicTeller(Generic[S]):
     @property
     def dropped(self) -> int:
         """Datagrams that the kernel dropped for full buffers since we began, of all programs."""
-        return (dropped_datagrams() or 0) - self._dropped_before
+        return (count_dropped_datagrams() or 0) - self._dropped_before
 
     def missing(self) -> list[str]:
         """What is needed and does not come, or cannot be used."""

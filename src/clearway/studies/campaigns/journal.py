@@ -51,7 +51,7 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
         except BlockingIOError as cause:
             raise InputError(str(path), "another campaign is writing to it") from cause
         with naming(path, "written"):
-            rows = _begun(file, path, settings)
+            rows = _begin(file, path, settings)
         yield Journal(file, path, rows)
 
 
@@ -70,7 +70,7 @@ def check_settings(source: str, found: dict[str, Any], wanted: dict[str, str]) -
         )
 
 
-def _begun(file: IO[bytes], path: Path, settings: dict[str, str]) -> list[FlightRow]:
+def _begin(file: IO[bytes], path: Path, settings: dict[str, str]) -> list[FlightRow]:
     """Rows of whole lines; the file ends after the last of them, and has a head."""
     file.seek(0)
     head, *lines = _whole_lines(file) or [{}]
