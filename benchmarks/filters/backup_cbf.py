@@ -42,16 +42,19 @@ DIFFERENCE_MPS = 0.05
 class BackupCbfTuning(NamedTuple):
     """Of the barrier."""
 
-    spare_m: float = 0.2
+    spare_m: float = 0.1
     """Kept beside the margin, for what the model does not know."""
     rate_per_s: float = 2.0
     """How fast the barrier may fall, of its value."""
 
 
+TUNED = BackupCbfTuning()
+
+
 class BackupCbf(Looker):
     """The filter of one flight."""
 
-    def __init__(self, copter: Copter, tuning: BackupCbfTuning = BackupCbfTuning()) -> None:
+    def __init__(self, copter: Copter, tuning: BackupCbfTuning = TUNED) -> None:
         self.copter, self.tuning = copter, tuning
         self._limits = acceleration_limits(copter.acceleration_mps2)
 
@@ -80,7 +83,7 @@ class BackupCbf(Looker):
         return rows, -self.tuning.rate_per_s * barrier - normal @ own.velocity_mps
 
     def _flow(self, own: Own) -> tuple[FloatArray, FloatArray]:
-        """Places [n, 3] of the back-up policy's flow, and their derivative [n, 3, 3] by velocity."""
+        """Places [n, 3] of the back-up flow, and their derivative [n, 3, 3] by the velocity."""
         most = self.copter.acceleration_mps2
         steps = int(np.ceil((self.copter.speed_mps / most + AFTER_S) / FLOW_STEP_S))
         velocity = own.velocity_mps + np.vstack([np.zeros(3), DIFFERENCE_MPS * np.eye(3)])

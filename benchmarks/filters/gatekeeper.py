@@ -1,9 +1,9 @@
 """Gatekeeper: a wish is followed as long as a committed trajectory ends in a safe stop.
 
 After Agrawal, Chen and Panagou, "gatekeeper: online safety verification and control for nonlinear
-systems in dynamic environments" (2024), written anew. A candidate follows the wish until a switching
-time, and then a back-up trajectory to a stop. The valid candidate with the latest switching time
-becomes the committed trajectory. If no candidate is valid, the committed one is followed on.
+systems in dynamic environments" (2024), written anew. A candidate follows the wish until a
+switching time, and then a back-up trajectory to a stop. The valid candidate with the latest
+switching time becomes the committed trajectory. Without one, the committed one is followed on.
 """
 
 from __future__ import annotations
@@ -32,14 +32,17 @@ from clearway.live.link.set_point import SetPoint
 class GatekeeperTuning(NamedTuple):
     """Of the search for a candidate."""
 
-    spare_m: float = 0.2
+    spare_m: float = 0.1
     """Kept beside the margin, for what the model does not know."""
     horizon_s: float = 1.0
     """Latest switching time."""
-    first_s: float = 0.2
+    first_s: float = 0.1
     """A wish passes only if it can be followed for so long."""
     stride: int = 4
     """Ticks between two switching times."""
+
+
+TUNED = GatekeeperTuning()
 
 
 class Committed(NamedTuple):
@@ -69,7 +72,7 @@ class Committed(NamedTuple):
 class Gatekeeper(Looker):
     """The filter of one flight."""
 
-    def __init__(self, copter: Copter, tuning: GatekeeperTuning = GatekeeperTuning()) -> None:
+    def __init__(self, copter: Copter, tuning: GatekeeperTuning = TUNED) -> None:
         self.copter, self.tuning = copter, tuning
         self.committed: Committed | None = None
 

@@ -32,7 +32,7 @@ class GuardianFilter:
             self.guardian.update(scan)
         self.guardian.catch_up(own.time_s)
 
-    def command(self, own: Own, wish_mps: FloatArray, known: Surroundings) -> Command:
+    def command(self, own: Own, wish_mps: FloatArray, _known: Surroundings) -> Command:
         """Return the wish if it passes, else what the guardian flies."""
         wish = check_wish(wish_mps)
         told = self.guardian.guard_velocity(wish, own.time_s, own_velocity_mps=own.velocity_mps)

@@ -20,7 +20,7 @@ PROBE_M = 1e-3
 class Pilot(Protocol):
     """One flight's pilot: it may remember."""
 
-    def wish(self, own: Own) -> FloatArray:
+    def wish(self, own: Own, /) -> FloatArray:
         """Return the velocity [3] that is wished now; asked once a tick."""
         ...
 
@@ -28,7 +28,7 @@ class Pilot(Protocol):
 class StraightPilot:
     """Flies straight to the goal, whatever stands there."""
 
-    def __init__(self, course: Course, rng: np.random.Generator) -> None:
+    def __init__(self, course: Course, _rng: np.random.Generator) -> None:
         self._goal_m = course.goal_m
 
     def wish(self, own: Own) -> FloatArray:
@@ -41,7 +41,7 @@ class RandomPilot:
 
     LASTS_S = (1.0, 4.0)
 
-    def __init__(self, course: Course, rng: np.random.Generator) -> None:
+    def __init__(self, _course: Course, rng: np.random.Generator) -> None:
         self._rng, self._until_s = rng, 0.0
         self._wish = np.zeros(3)
 
@@ -57,7 +57,7 @@ class RandomPilot:
 class AdversarialPilot:
     """Flies at whatever is nearest, at full speed."""
 
-    def __init__(self, course: Course, rng: np.random.Generator) -> None:
+    def __init__(self, course: Course, _rng: np.random.Generator) -> None:
         self._course = course
 
     def wish(self, own: Own) -> FloatArray:
@@ -92,9 +92,7 @@ class Habits(NamedTuple):
     wanders_s: float = 1.5
 
 
-HUMAN = Habits(
-    speed_mps=4.5, ahead_m=2.5, late_s=0.2, smooth_s=0.3, foresees_s=0.7, slows=True
-)
+HUMAN = Habits(speed_mps=4.5, ahead_m=2.5, late_s=0.2, smooth_s=0.3, foresees_s=0.7, slows=True)
 CARELESS = Habits(speed_mps=5.0, ahead_m=6.0, late_s=0.4, smooth_s=0.4, wanders_mps=0.5)
 """Crashes in about seven of ten unfiltered flights among obstacles, on the tuning seeds."""
 

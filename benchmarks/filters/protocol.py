@@ -54,7 +54,7 @@ class Surroundings(Protocol):
         """Scans that came since the last command."""
         ...
 
-    def catch_up(self, own: Own) -> None:
+    def catch_up(self, own: Own, /) -> None:
         """Take in what has come, as it is seen from the own position."""
         ...
 
@@ -81,16 +81,18 @@ class Command(NamedTuple):
     target: Target
     passed: bool
     """Whether it is the wish, unchanged."""
+    took_ms: float | None = None
+    """CPU, where another process answered."""
 
 
 class SafetyFilter(Protocol):
     """One flight's filter: it may remember."""
 
-    def look(self, own: Own, known: Surroundings) -> None:
+    def look(self, own: Own, known: Surroundings, /) -> None:
         """Take in what has come; not timed."""
         ...
 
-    def command(self, own: Own, wish_mps: FloatArray, known: Surroundings) -> Command:
+    def command(self, own: Own, wish_mps: FloatArray, known: Surroundings, /) -> Command:
         """Return what is flown from now on, for a wished velocity [3], world frame."""
         ...
 
@@ -131,9 +133,9 @@ class Looker:
 class Unfiltered:
     """No filter: every wish passes."""
 
-    def look(self, own: Own, known: Surroundings) -> None:
+    def look(self, _own: Own, _known: Surroundings) -> None:
         """Take nothing in."""
 
-    def command(self, own: Own, wish_mps: FloatArray, known: Surroundings) -> Command:
+    def command(self, _own: Own, wish_mps: FloatArray, _known: Surroundings) -> Command:
         """Return the wish."""
         return pass_on(check_wish(wish_mps))

@@ -31,10 +31,13 @@ from clearway.base.frames import FloatArray
 class BackupTuning(NamedTuple):
     """Of filters that brake as a back-up."""
 
-    spare_m: float = 0.2
+    spare_m: float = 0.1
     """Kept beside the margin, for what the model does not know."""
     ahead_s: float = 0.2
     """The state that a wish leads to is looked at so much later."""
+
+
+TUNED = BackupTuning()
 
 
 def is_safe(rolled: Rolled, known: Surroundings, copter: Copter, spare_m: float) -> bool:
@@ -55,7 +58,7 @@ def brake(own: Own, most_mps2: float) -> Command:
 class ModelPredictiveShield(Looker):
     """The filter of one flight."""
 
-    def __init__(self, copter: Copter, tuning: BackupTuning = BackupTuning()) -> None:
+    def __init__(self, copter: Copter, tuning: BackupTuning = TUNED) -> None:
         self.copter, self.tuning = copter, tuning
 
     def command(self, own: Own, wish_mps: FloatArray, known: Surroundings) -> Command:

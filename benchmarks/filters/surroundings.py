@@ -82,7 +82,7 @@ class SeenByLidar:
         free = self._sensing.free_space
         assert free is not None  # The planner asks for escapes.
         body = self._copter.body_m
-        return np.array([is_free(free.seen, *place, body) for place in places_m.tolist()])
+        return np.array([is_free(free.seen, x, y, z, body) for x, y, z in places_m.tolist()])
 
     def _gaps_m(self, places_m: FloatArray) -> FloatArray:
         off = places_m - self._about_m
@@ -99,7 +99,7 @@ class KnownMap:
         self._world = world
         self.news: Sequence[Scan] = ()
 
-    def catch_up(self, own: Own) -> None:
+    def catch_up(self, _own: Own) -> None:
         """Nothing comes: all is known."""
 
     def clearances_m(self, places_m: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The worlds that filters are judged in: made-up families, and the mission that they are flown by."""
+"""The worlds that filters are judged in, and the copter that flies there."""
 
 from __future__ import annotations
 
