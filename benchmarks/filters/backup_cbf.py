@@ -42,7 +42,7 @@ DIFFERENCE_MPS = 0.05
 class BackupCbfTuning(NamedTuple):
     """Of the barrier."""
 
-    spare_m: float = 0.1
+    spare_m: float = 0.2
     """Kept beside the margin, for what the model does not know."""
     rate_per_s: float = 2.0
     """How fast the barrier may fall, of its value."""

@@ -54,7 +54,7 @@ class Committed(NamedTuple):
     def set_point_at(self, time_s: float, most_mps2: float, yaw_rad: float) -> SetPoint | None:
         """Return where it has the copter; None after its end."""
         place, velocity = self.rolled
-        at = (time_s - self.begins_s) / TICK_S
+        at = round((time_s - self.begins_s) / TICK_S, 6)
         if at >= len(place) - 1:
             return None
         n, share = int(at), at - int(at)

@@ -83,7 +83,8 @@ def _peer(script: str, tuning: PeerTuning, peers: Peers) -> Make:
     return lambda _setup, copter: PeerFilter(copter, peers.process(script), tuning)
 
 
-SEEN, RETURNS, BALLS = "returns, seen space", "returns", "12 nearest returns"
+SEEN, RETURNS = "returns, seen space", "returns"
+CBFPY, SIMPLEX = PeerTuning(), PeerTuning(balls=72)
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "unfiltered": Method(_unfiltered, "nothing"),
@@ -91,8 +92,10 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "gatekeeper": Method(_gatekeeper, SEEN),
         "mps": Method(_shield, SEEN),
         "backup-cbf": Method(_backup_cbf, RETURNS),
-        "cbfpy": Method(partial(_peer, "fly_cbfpy.py", PeerTuning()), BALLS, needs_peers=True),
-        "rta-simplex": Method(partial(_peer, "fly_rta.py", PeerTuning()), BALLS, needs_peers=True),
+        "cbfpy": Method(partial(_peer, "fly_cbfpy.py", CBFPY), "nearest returns", needs_peers=True),
+        "rta-simplex": Method(
+            partial(_peer, "fly_rta.py", SIMPLEX), "nearest returns", needs_peers=True
+        ),
     }
 )
 GUARDIAN, NONE = "guardian", "unfiltered"
@@ -104,5 +107,6 @@ def describe_tuning() -> dict[str, str]:
         "gatekeeper": str(GatekeeperTuning()),
         "mps": str(BackupTuning()),
         "backup-cbf": str(BackupCbfTuning()),
-        "cbfpy": str(PeerTuning()),
+        "cbfpy": str(CBFPY),
+        "rta-simplex": str(SIMPLEX),
     }

@@ -26,8 +26,6 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "peers"
-BALLS = 12
-"""Level sectors of which each gives the nearest ball."""
 ASIDE_M = 1e4
 """Where balls stand that fill up their number."""
 SAME_MPS2 = 0.02
@@ -39,8 +37,10 @@ class PeerTuning(NamedTuple):
 
     spare_m: float = 0.1
     """Kept beside the margin, for what the model does not know."""
-    rates_per_s: tuple[float, float] = (1.0, 3.0)
+    rates_per_s: tuple[float, float] = (2.0, 2.0)
     """How fast distance and barrier may fall, of their values."""
+    balls: int = 12
+    """Level sectors of which each gives the nearest ball."""
 
 
 class PeerProcess:
@@ -73,9 +73,7 @@ class PeerProcess:
 
     def end(self) -> None:
         """Let it end."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        self._process.wait()
+        self._process.communicate()
 
 
 class PeerFilter(Looker):
@@ -87,8 +85,9 @@ class PeerFilter(Looker):
     def command(self, own: Own, wish_mps: FloatArray, known: Surroundings) -> Command:
         """Return the wish where it keeps the barrier, else the acceleration that is answered."""
         wish, most = check_wish(wish_mps), self.copter.acceleration_mps2
+        count = self.tuning.balls
         wished = wished_acceleration(own, wish, most)
-        middles, radii = _filled(*known.nearest_balls(own.position_m, BALLS), own.position_m)
+        middles, radii = _filled(*known.nearest_balls(own.position_m, count), own.position_m, count)
         keep_m = self.copter.margin_m + self.tuning.spare_m
         answer = self._process.ask(
             {
@@ -116,8 +115,8 @@ class PeerFilter(Looker):
 
 
 def _filled(
-    middles: FloatArray, radii: FloatArray, place_m: FloatArray
+    middles: FloatArray, radii: FloatArray, place_m: FloatArray, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    lacks = BALLS - len(radii)
+    lacks = count - len(radii)
     aside = place_m + np.array([ASIDE_M, 0.0, 0.0])
     return np.vstack([middles, np.tile(aside, (lacks, 1))]), np.append(radii, np.zeros(lacks))

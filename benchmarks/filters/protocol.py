@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.live.link.set_point import SetPoint
@@ -98,10 +99,10 @@ class SafetyFilter(Protocol):
 
 
 def check_wish(wish_mps: FloatArray) -> FloatArray:
-    """Return a wish [3] if it is one; raises ValueError for what is not three finite numbers."""
+    """Return a wish [3] if it is one; raises InputError for what is not three finite numbers."""
     wish = np.asarray(wish_mps, dtype=np.float64)
     if wish.shape != (3,) or not np.all(np.isfinite(wish)):
-        raise ValueError("wish: must be three finite numbers")
+        raise InputError("wish", ["must be three finite numbers"])
     return wish
 
 

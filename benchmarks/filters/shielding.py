@@ -31,7 +31,7 @@ from clearway.base.frames import FloatArray
 class BackupTuning(NamedTuple):
     """Of filters that brake as a back-up."""
 
-    spare_m: float = 0.1
+    spare_m: float = 0.0
     """Kept beside the margin, for what the model does not know."""
     ahead_s: float = 0.2
     """The state that a wish leads to is looked at so much later."""

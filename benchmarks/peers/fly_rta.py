@@ -22,7 +22,8 @@ from run_time_assurance.constraint import ConstraintModule
 from run_time_assurance.controller import RTABackupController
 from run_time_assurance.rta import ImplicitSimplexModule
 
-STEP_S, WINDOW_S = 0.1, 2.5
+STEP_S, WINDOW_S = 0.2, 2.6
+"""One step covers the time in which a copter tilts."""
 STILL_MPS = 0.05
 
 
