@@ -10,18 +10,18 @@ from __future__ import annotations
 import argparse
 import warnings
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
 from benchmarks.filters.flight import FlightRow, fly
-from benchmarks.filters.methods import METHODS, Peers, describe_tuning
+from benchmarks.filters.methods import METHODS, Peers
 from benchmarks.filters.page import flown_by_all, method_table, pilot_table, write_page
 from benchmarks.filters.pilots import PILOTS
 from benchmarks.filters.worlds import EMPTY, SMALLEST_M
 from clearway.base.errors import ClearwayError
 from clearway.base.version import __version__
-from clearway.studies.campaigns.journal import open_journal
+from clearway.studies.campaigns.journal import Journal, open_journal
 
-JOURNAL = "filters.jsonl"
 TUNING_SEED = 9000
 """Seeds from here on were used for tuning; results are of smaller ones."""
 
@@ -42,25 +42,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Fly what is not flown yet, and print or write the tables."""
     options = _options(arguments)
     warnings.simplefilter("ignore")
-    settings = {"version": __version__, **describe_tuning()}
     peers = Peers(options.python)
-    try:
-        with open_journal(options.out / JOURNAL, settings, FlightRow) as journal:
-            done = {row.key for row in journal.rows}
-            asked = cases(options)
-            for number, row in enumerate(asked, start=1):
-                if row.key in done or options.summary:
-                    continue
-                journal.append(flown := _flown(row, peers))
-                journal.rows.append(flown)
-                print(f"{number}/{len(asked)} {_in_words(flown)}", flush=True)
-            keys = {row.key for row in asked}
-            rows = flown_by_all(row for row in journal.rows if row.key in keys)
-    finally:
-        peers.end()
+    asked = cases(options)
+    with ExitStack() as stack:
+        stack.callback(peers.end)
+        journals = {
+            name: stack.enter_context(_journal(options.out, name)) for name in options.method
+        }
+        done = {row.key: row for journal in journals.values() for row in journal.rows}
+        for number, row in enumerate(asked, start=1):
+            if row.key in done or options.summary:
+                continue
+            done[row.key] = _flown(row, peers)
+            journals[row.method].append(done[row.key])
+            print(f"{number}/{len(asked)} {_in_words(done[row.key])}", flush=True)
+    rows = flown_by_all(done[row.key] for row in asked if row.key in done)
     if options.docs is not None:
         write_page(options.docs, rows)
     print(f"\n{method_table(rows)}\n\n{pilot_table(rows)}")
+
+
+def _journal(folder: Path, method: str) -> AbstractContextManager[Journal[FlightRow]]:
+    """Open the journal of a method, whose rows have its tuning in common."""
+    settings = {"version": __version__, "tuning": METHODS[method].tuning}
+    return open_journal(folder / f"{method}.jsonl", settings, FlightRow)
 
 
 def _flown(row: FlightRow, peers: Peers) -> FlightRow:

@@ -29,6 +29,8 @@ class Method:
     make: Callable[[Peers], Make]
     knows: str
     """Of the same LiDAR, in a word."""
+    tuning: str = ""
+    """In words, for journals: other ones are other flights."""
     needs_peers: bool = False
 
 
@@ -89,24 +91,13 @@ METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "unfiltered": Method(_unfiltered, "nothing"),
         "guardian": Method(_guardian, SEEN),
-        "gatekeeper": Method(_gatekeeper, SEEN),
-        "mps": Method(_shield, SEEN),
-        "backup-cbf": Method(_backup_cbf, RETURNS),
+        "gatekeeper": Method(_gatekeeper, SEEN, str(GatekeeperTuning())),
+        "mps": Method(_shield, SEEN, str(BackupTuning())),
+        "backup-cbf": Method(_backup_cbf, RETURNS, str(BackupCbfTuning())),
         "cbfpy": Method(partial(_peer, "fly_cbfpy.py", CBFPY), "nearest returns", needs_peers=True),
         "rta-simplex": Method(
-            partial(_peer, "fly_rta.py", SIMPLEX), "nearest returns", needs_peers=True
+            partial(_peer, "fly_rta.py", SIMPLEX), "nearest returns", str(SIMPLEX), needs_peers=True
         ),
     }
 )
 GUARDIAN, NONE = "guardian", "unfiltered"
-
-
-def describe_tuning() -> dict[str, str]:
-    """Return all that is tuned, for journals."""
-    return {
-        "gatekeeper": str(GatekeeperTuning()),
-        "mps": str(BackupTuning()),
-        "backup-cbf": str(BackupCbfTuning()),
-        "cbfpy": str(CBFPY),
-        "rta-simplex": str(SIMPLEX),
-    }

@@ -238,9 +238,10 @@ def test_flights_go_on_where_they_were_stopped(
 ) -> None:
     asked = ["--world", "walls", "--pilot", "straight", "--seeds", "1", "--out", str(tmp_path)]
     main([*asked, "--method", "unfiltered"])
-    before = (tmp_path / "filters.jsonl").read_bytes()
+    assert "1/1 walls/0/straight/unfiltered: contact" in capsys.readouterr().out
+    before = (tmp_path / "unfiltered.jsonl").read_bytes()
     main([*asked, "--method", "unfiltered", "--method", "mps"])
-    after = (tmp_path / "filters.jsonl").read_bytes()
-    assert after.startswith(before)
-    assert after.count(b"\n") == before.count(b"\n") + 1
-    assert "1/2 walls/0/straight/unfiltered" not in capsys.readouterr().out.partition("|")[2]
+    assert (tmp_path / "unfiltered.jsonl").read_bytes() == before
+    out = capsys.readouterr().out
+    assert "2/2 walls/0/straight/mps: not arrived" in out
+    assert "1/2" not in out
