@@ -15,7 +15,7 @@ CORE := $(BIN)/python -m clearway_build
 # Byte code is kept whatever the machine says elsewhere: hundreds of short processes read it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo core test lint types imports unit realtime nightly ros sanitized docs addresses pictures fuzz bench ratios bench-peers wheel format clean
+.PHONY: demo core test lint types imports unit realtime nightly ros sanitized docs addresses pictures fuzz bench ratios bench-peers bench-filters wheel format clean
 
 demo: $(VENV)/.core
 	$(BIN)/clearway fly copter-columns --out clearway-out/demo
@@ -96,6 +96,10 @@ bench-peers: $(VENV)/.dev $(PEERS)/.ready
 	$(BIN)/python -m benchmarks.peers --python $(PEERS)/bin/python
 	$(BIN)/python -m benchmarks.peers.speed --python $(PEERS)/bin/python
 
+# The guardian beside other safety filters; goes on where it was stopped.
+bench-filters: $(VENV)/.dev $(PEERS)/.ready
+	$(BIN)/python -m benchmarks.filters --python $(PEERS)/bin/python --docs docs/results/filters.md
+
 # The source distribution and wheels for any Linux from 2014 on, by the compiler from PyPI.
 wheel: $(VENV)/.dev
 	CLEARWAY_TARGET=x86_64 $(BIN)/python -m build
@@ -117,7 +121,7 @@ $(VENV)/.core: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
 $(PEERS)/.ready: benchmarks/peers/constraints.txt
 	test -x $(PEERS)/bin/python || $(PYTHON) -m venv $(PEERS)
 	PIP_CONSTRAINT=benchmarks/peers/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 \
-		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator pyoctomap pyrvo
+		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator cbfpy pyoctomap pyrvo run-time-assurance
 	touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python

@@ -67,7 +67,7 @@ def campaign_flown(
     wanted = [task for task in choose_tasks(tasks, only) if task.label not in skipped]
     settings = {"campaign": campaign.file.name, "version": __version__}
     results = folder / RESULTS
-    with open_journal(folder / JOURNAL, settings) as journal:
+    with open_journal(folder / JOURNAL, settings, FlightRow) as journal:
         rows = _before(results, settings) | {row.key: row for row in journal.rows}
         _check_cases(str(folder), rows.values(), tasks)
         left = [task for task in wanted if task.key not in rows]
