@@ -20,13 +20,13 @@ Array = npt.NDArray[np.float64]
 
 def distance_to(point: Array, rows: Array, ground: float) -> float:
     """The test's own: the least of the ways to the flat-ended cylinders and down to the ground."""
-    found = [point[2] - ground]
-    for x, y, radius, low, high in rows:
-        beside = np.hypot(point[0] - x, point[1] - y) - radius
-        above = max(low - point[2], point[2] - high)
-        inside = beside <= 0.0 and above <= 0.0
-        found.append(max(beside, above) if inside else np.hypot(max(beside, 0), max(above, 0)))
-    return min(found)
+    x, y, radius, low, high = rows.T
+    beside = np.hypot(point[0] - x, point[1] - y) - radius
+    above = np.maximum(low - point[2], point[2] - high)
+    inside = (beside <= 0.0) & (above <= 0.0)
+    outside = np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0))
+    found = np.where(inside, np.maximum(beside, above), outside)
+    return float(min(found.min(initial=np.inf), point[2] - ground))
 
 
 def first_met(origin: Array, way: Array, rows: Array, ground: float, far: float) -> float:
