@@ -38,8 +38,8 @@ def static_mission(
     escape: str = "strict",
 ) -> FlightSetup:
     """Section 6.4, with another rating, scanner or way out if so wished."""
-    file = read_mission_file(MISSION).changed("rating", name=rating)
-    file = file.changed("safety", escape=escape)
+    file = read_mission_file(MISSION).with_values("rating", name=rating)
+    file = file.with_values("safety", escape=escape)
     if beams_per_cell is not None:
         (lidar,) = file.lidar
         other = lidar.model_copy(update={"beams_per_cell": beams_per_cell})
@@ -120,7 +120,7 @@ def standing(
 ) -> Callable[[], None]:
     """A decision of who stands somewhere, a second after the one before, by the same readings."""
     # It stands still for the benchmark's sake: no detour for want of progress.
-    planner = setup.planner.changed(patience_turns=1e9)
+    planner = setup.planner.with_values(patience_turns=1e9)
     system = AvoidanceSystem(planner, setup.mission, lidars=(lidar,), obstacle_map=obstacle_map)
     system.followed = False  # Nor is what holds it any wind.
     clock = count()
@@ -220,7 +220,7 @@ from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.sensors import simulate_scan
 
-setup = prepare(read_mission_file("static-obstacles").changed("safety", escape={escape!r}))
+setup = prepare(read_mission_file("static-obstacles").with_values("safety", escape={escape!r}))
 (lidar,), start = setup.lidars, setup.mission.start
 scan = simulate_scan(lidar, setup.world, start, 0)
 system = setup.system()

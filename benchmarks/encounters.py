@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from benchmarks.flights import PROCESSES
 from benchmarks.table import Benchmark, Row, Target
-from clearway.cli.encounters import flown
+from clearway.cli.encounters import fly_encounters_with_bar
 from clearway.studies.encounters.encounter import STANDARD_KINDS, EncounterSettings
 
 FULL, QUICK, LARGE = 1_000, 100, 300
@@ -18,7 +18,7 @@ def kept(settings: EncounterSettings) -> Callable[[bool], Row]:
 
     def measure(quick: bool) -> Row:
         number = QUICK if quick else FULL if settings.scale == 1.0 else LARGE
-        tally = flown(settings, range(number), PROCESSES, "clearway")
+        tally = fly_encounters_with_bar(settings, range(number), PROCESSES, "clearway")
         low, high = tally.interval
         return Row(
             f"{number} encounters {settings.in_words}: distance kept, of those avoidable",

@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach import ReachSet, build_reach_set
-from clearway.reach.compare.comparison import bound_6_5
+from clearway.reach.compare.comparison import compute_bound_6_5
 from clearway.vehicle.automaton import MovementAutomaton
 
 SPREAD = 5
@@ -72,7 +72,7 @@ def table() -> Iterator[str]:
             powers = [np.polyfit(np.log(values), np.log(y), 1)[0] for y in (nodes, seconds)]
             if method == "combined":
                 for size, (tree, _) in zip(varied, built, strict=True):
-                    assert tree.nodes <= bound_6_5(size.movements, SPREAD, tree.grid)
+                    assert tree.nodes <= compute_bound_6_5(size.movements, SPREAD, tree.grid)
             yield (
                 f"| {name} | {method} | {_row(values)} | {_row(nodes)} "
                 f"| {_row([memory_bytes(tree) / 1e3 for tree, _ in built])} "

@@ -90,7 +90,7 @@ def decision(
         start = State(np.zeros(3))
         mission = Mission("benchmark", start, waypoints_m=np.array([[100.0, 0.0, 0.0]]))
         planner = planner_at(1.0)
-        planner = planner.changed(escape=escape)
+        planner = planner.with_values(escape=escape)
         system = AvoidanceSystem(planner, mission)
         system.update(start)
         for number, each in enumerate(make()):

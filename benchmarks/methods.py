@@ -26,7 +26,7 @@ LATENCIES_S = (0.0, 1.0)
 @cache
 def setup_with(method: str) -> FlightSetup:
     """The static mission with another reach set."""
-    return prepare(read_mission_file("static-obstacles").changed("reach_set", method=method))
+    return prepare(read_mission_file("static-obstacles").with_values("reach_set", method=method))
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def main() -> None:
         setup = setup_with(method)
         run = setup.fly()
         elapsed = np.median([entry.elapsed_s for entry in run.decisions]) * 1e3
-        nodes = setup.planner.prepared(0.0).reach_set.nodes
+        nodes = setup.planner.prepare(0.0).reach_set.nodes
         static = f"{run.metrics.time_s:.1f} s, {run.metrics.min_obstacle_distance_m:.2f} m"
         cells = [method, str(nodes), static, f"{elapsed:.2f} ms", *balls(method)]
         print(f"| {' | '.join(cells)} |", flush=True)

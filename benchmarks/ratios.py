@@ -49,7 +49,7 @@ def pairs() -> dict[str, tuple[Run, Run]]:
     scan = Scan(scattered(100_000))
     beams = detect(GRID, LIDAR, scan).beams
     planner, here = planner_at(1.0), State(np.zeros(3))
-    tree = planner.prepared_at(here).reach_set
+    tree = planner.prepare_at(here).reach_set
     rating = np.random.default_rng(0).uniform(0.0, 1.0, GRID.cells)
     empty = PointMemory.empty(0.15)
     situation = Situation(here, np.array([100.0, 0.0, 0.0]), intruders=paper_intruders())

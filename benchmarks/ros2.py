@@ -101,6 +101,8 @@ def measured(options: argparse.Namespace, reliable: bool) -> dict[str, Any]:
         while robot.is_alive() and not over.is_set():
             listener.take(0.05)
         lasted_s = time.monotonic() - began
+        if node.poll() is not None:
+            raise SystemExit("the node ended before the clouds did; above, it says why")
         cpu, memory = _cpu_s(node.pid) - cpu, _peak_mb(node.pid)
         time.sleep(1.0)
         node.send_signal(signal.SIGINT)
@@ -140,9 +142,7 @@ def _node(
     (folder / "mission.toml").write_text(MISSION)
     (folder / "p.yaml").write_text(PARAMETERS.format(reliable=str(reliable).lower()))
     words = ["-m", "clearway", "ros2", str(folder / "p.yaml"), "--backend", options.node, "--json"]
-    node = subprocess.Popen(
-        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
+    node = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
     try:
         yield node
     finally:
@@ -171,16 +171,16 @@ class _Listener:
         self.age_ms: list[float] = []
 
     def take(self, seconds: float) -> None:
-        from clearway.ros2.messages import unpacked
+        from clearway.ros2.messages import unpack_cdr
 
         self.bus.wait(seconds)
         now = time.time()
         for one in self.bus.take():
             if one.type == PATH:
-                stamp = unpacked(one.raw, one.type).header.stamp
+                stamp = unpack_cdr(one.raw, one.type).header.stamp
                 self._path_s[round(stamp.sec + 1e-9 * stamp.nanosec, 3)] = now
                 continue
-            row = json.loads(unpacked(one.raw, one.type).data)
+            row = json.loads(unpack_cdr(one.raw, one.type).data)
             if row["scan_age_s"] is None:
                 continue
             came_s = self._path_s.pop(round(row["time_s"], 3), now)
@@ -191,7 +191,7 @@ class _Listener:
 def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> None:
     """Clouds and own places, from when the node listens on; it is wherever it is led."""
     from clearway.ros2.bus import SENSOR, USUAL, Quality
-    from clearway.ros2.messages import made, pack_message, unpacked
+    from clearway.ros2.messages import make_message, pack_message, unpack_cdr
     from clearway.ros2.told import header, make_stamp, point
 
     bus = _open_bus(options.robot, options, "robot")
@@ -201,7 +201,9 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     bus.subscribe("/diagnostics", DIAGNOSTICS, USUAL)
     cloud, table = _cloud(options.points)
     along_m = table[:, 0].copy()
-    own = made("nav_msgs/msg/Odometry", header=header(0.0, "map"), child_frame_id="base_link")
+    own = make_message(
+        "nav_msgs/msg/Odometry", header=header(0.0, "map"), child_frame_id="base_link"
+    )
     own.pose.pose.orientation.w = 1.0
     place, velocity = np.zeros(3), np.zeros(3)
     while not any(one.topic == "/diagnostics" for one in bus.take()):
@@ -212,7 +214,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
     for number in range(every * clouds):
         for one in bus.take():
             if one.topic == "/target":
-                fast = unpacked(one.raw, one.type).linear
+                fast = unpack_cdr(one.raw, one.type).linear
                 velocity = np.array([fast.x, fast.y, fast.z])
         place = place + velocity / OWN_HZ
         stamp = make_stamp(time.time())
@@ -232,7 +234,7 @@ def _fly(options: argparse.Namespace, reliable: bool, heard: Any, over: Any) -> 
 
 def _cloud(points: int) -> tuple[Any, Any]:
     """The walls of a street, 16 bytes a return, and the [n, 4] table behind the message."""
-    from clearway.ros2.messages import made
+    from clearway.ros2.messages import make_message
     from clearway.ros2.told import header
 
     columns = points // ROWS
@@ -243,10 +245,10 @@ def _cloud(points: int) -> tuple[Any, Any]:
     table[:, 0], table[:, 2] = along.ravel(), up.ravel()
     table[:, 1] = np.where(np.arange(len(table)) % 2, 5.0, -5.0)
     fields = [
-        made("sensor_msgs/msg/PointField", name=name, offset=4 * at, datatype=7, count=1)
+        make_message("sensor_msgs/msg/PointField", name=name, offset=4 * at, datatype=7, count=1)
         for at, name in enumerate("xyz")
     ]
-    message = made(
+    message = make_message(
         CLOUD, header=header(0.0, "base_link"), height=1, width=len(table), fields=fields,
         point_step=16, row_step=16 * len(table), data=table.view(np.uint8).reshape(-1),
     )  # fmt: skip
@@ -260,9 +262,9 @@ def _spread(values: list[float]) -> dict[str, float] | None:
 
 
 def _dropped() -> int:
-    from clearway.ros2.kernel import dropped_datagrams
+    from clearway.ros2.kernel import count_dropped_datagrams
 
-    return dropped_datagrams() or 0
+    return count_dropped_datagrams() or 0
 
 
 def _cpu_s(process: int) -> float:

@@ -12,7 +12,7 @@ library = cw.ReachLibrary.load_or_build(automaton, cw.AvoidanceGrid.uniform(rang
 mission = cw.Mission("live", cw.State(np.zeros(3)), waypoints_m=np.array([[14.0, 0.0, 0.0]]))
 system = cw.AvoidanceSystem(cw.Planner.of(library), mission, lidars=[sonar])
 start = time.monotonic()
-while not system.progress.done(mission):
+while not system.progress.is_done(mission):
     now = time.monotonic() - start
     own = system.state_at(now) or mission.start  # your own navigation
     ranges = trunk.cast(own.position_m, beams.directions @ own.world_from_body.T, 10.0)  # your own

@@ -37,5 +37,5 @@ class Blimp:
 if __name__ == "__main__":
     mission = cw.read_mission("balls-30")
     blimp = {"plant": f"{__file__}:Blimp", "speed_mps": 3.0, "movement_s": 2.0}
-    mission = mission.changed("vehicle", **blimp).changed("grid", range_m=40.0)
-    print(cw.fly(mission.changed("safety", margin_m=1.5)))
+    mission = mission.with_values("vehicle", **blimp).with_values("grid", range_m=40.0)
+    print(cw.fly(mission.with_values("safety", margin_m=1.5)))

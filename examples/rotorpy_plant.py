@@ -7,7 +7,7 @@ Needs `pip install --no-deps rotorpy==3.0.0` and SciPy. Name it in a mission,
 import numpy as np
 
 import clearway as cw
-from clearway.sim.plants.led import LedGains, LedWay, led_sum
+from clearway.sim.plants.led import LedGains, LedWay, lead_sum
 from clearway.vehicle.copter import CopterLimits
 
 RATE_HZ = 100
@@ -58,7 +58,7 @@ class RotorPy:
         steps = max(1, round(duration_s * RATE_HZ))
         for step in range(steps):
             row = np.asarray(before + (step + 0.5) / steps * (after - before))
-            self._sum_mps2 = led_sum(now["x"], row, self._sum_mps2, duration_s / steps, GAINS)
+            self._sum_mps2 = lead_sum(now["x"], row, self._sum_mps2, duration_s / steps, GAINS)
             asked = {
                 "x": row[:3],
                 "x_dot": row[3:6],
@@ -84,4 +84,4 @@ class RotorPy:
 
 if __name__ == "__main__":
     mission = cw.read_mission("balls-30")
-    print(cw.fly(mission.changed("vehicle", kind="multirotor", plant=f"{__file__}:RotorPy")))
+    print(cw.fly(mission.with_values("vehicle", kind="multirotor", plant=f"{__file__}:RotorPy")))

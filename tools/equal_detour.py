@@ -23,7 +23,7 @@ from clearway.studies.risk.long_planners import (
     LongTuning,
     avoid_velocity_obstacles,
     by_resolver,
-    modified_voltage,
+    make_modified_voltage,
 )
 from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.ratios import LARGEST_RATIOS, compute_risk, mean_aside_m
@@ -50,7 +50,7 @@ def variants() -> dict[str, dict[str, LongPlanner]]:
             for by, prices in zip(DETOURS, dearer, strict=True)
         },
         "mvp": {
-            f"zone {zone:g}": partial(modified_voltage, tuning=LongTuning(zone, 60.0))
+            f"zone {zone:g}": partial(make_modified_voltage, tuning=LongTuning(zone, 60.0))
             for zone in ZONES
         },
         "velocity-obstacle": {

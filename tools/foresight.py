@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.base.intervals import weighted_share
+from clearway.base.intervals import bound_weighted_share
 from clearway.studies.encounter_model import read_encounter_model
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import separation_of
@@ -38,12 +38,12 @@ def main() -> None:
             weights.append(encounter.weight)
             flags.append((not found.well_clear, came.near_collision, not found.near_collision))
     weight, (lost, near, hit) = np.array(weights), np.array(flags).T
-    share = weighted_share(lost, weight)
+    share = bound_weighted_share(lost, weight)
     print(f"{settings.in_words}: {len(weight)} of {given.count} lose well clear if flown straight")
     print(
         f"no manoeuvre keeps it in {share.value:.3f} ({share.low:.3f} to {share.high:.3f}) of them"
     )
-    share = weighted_share(hit[near], weight[near])
+    share = bound_weighted_share(hit[near], weight[near])
     print(
         f"and of {near.sum()} near collisions none avoids {share.value:.4f} "
         f"({share.low:.4f} to {share.high:.4f})"

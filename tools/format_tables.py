@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -11,7 +12,7 @@ from clearway.io.poses.bag_poses import SOURCES
 from clearway.io.poses.pose_file import POSE_FORMATS as POSES
 from clearway.io.scans.scan_formats import SCAN_FORMATS as SCANS
 from clearway.io.traffic.traffic_formats import TRAFFIC_FORMATS as TRAFFIC
-from clearway.missions.mission_file import built_in_missions, read_mission_file
+from clearway.missions.mission_file import list_built_in_missions, read_mission_file
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
 from clearway.missions.setup import prepare
 from clearway.reach.sets import METHODS, tuning_of
@@ -71,37 +72,42 @@ def _methods() -> str:
     return _table("| method | keeps | tuning |", rows)
 
 
+FLOWN_BY = (("clearway", "total"), ("clearway", "calibrated"), ("straight", ""))
+"""Planner and rating of each row of the table of missions."""
+
+
 def _missions() -> str:
     """The missions that come with clearway, seed of the file, as they fly today."""
-    rows = []
-    for name in sorted(built_in_missions()):
-        for planner, rating in (
-            ("clearway", "total"),
-            ("clearway", "calibrated"),
-            ("straight", ""),
-        ):
-            file = read_mission_file(name)
-            changed = file.changed("rating", name=rating) if rating else file
-            told = prepare(changed).fly_with(planner).summary()
-            nearest = (
-                "" if told[key] is None else f"{told[key]:.2f} m"
-                for key in ("min_obstacle_distance_m", "min_intruder_distance_m")
-            )
-            rows.append(
-                (
-                    f"`{name}`",
-                    f"{planner}, `{rating}`" if rating else planner,
-                    "yes" if told["reached"] else "no",
-                    *nearest,
-                    str(told["margin_violations"]),
-                    f"{told['path_length_m']:.1f} m",
-                    f"{told['time_s']:.1f} s",
-                )
-            )  # fmt: skip
+    return fly_mission_table(sorted(list_built_in_missions()), FLOWN_BY)
+
+
+def fly_mission_table(names: Iterable[str], flown_by: Iterable[tuple[str, str]]) -> str:
+    """Fly missions by planners and ratings; a table with a row for each flight."""
+    rows = [fly_mission_row(name, *one) for name, one in itertools.product(names, flown_by)]
     head = (
         "| mission | flown by | reached | nearest obstacle | nearest intruder | violations | path |"
     )
     return _table(f"{head} time |", rows)
+
+
+def fly_mission_row(name: str, planner: str, rating: str) -> tuple[str, ...]:
+    """Fly a built-in mission; what its row of the table says."""
+    file = read_mission_file(name)
+    changed = file.with_values("rating", name=rating) if rating else file
+    told = prepare(changed).fly_with(planner).summary()
+    nearest = (
+        "" if told[key] is None else f"{told[key]:.2f} m"
+        for key in ("min_obstacle_distance_m", "min_intruder_distance_m")
+    )
+    return (
+        f"`{name}`",
+        f"{planner}, `{rating}`" if rating else planner,
+        "yes" if told["reached"] else "no",
+        *nearest,
+        str(told["margin_violations"]),
+        f"{told['path_length_m']:.1f} m",
+        f"{told['time_s']:.1f} s",
+    )
 
 
 PARTS: Mapping[tuple[str, str], Callable[[], str]] = {

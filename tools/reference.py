@@ -19,7 +19,7 @@ from clearway.avoidance.rate.fusion import RATINGS
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
 from clearway.io.marked_page import put_between_marks
-from clearway.missions.mission_file import MissionFile, built_in_missions
+from clearway.missions.mission_file import MissionFile, list_built_in_missions
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.sensor_section import SENSORS
 from clearway.reach.sets import METHODS
@@ -144,7 +144,7 @@ KINDS = {
 
 def page() -> str:
     """The whole page."""
-    names = ", ".join(f"`{name}`" for name in sorted(built_in_missions()))
+    names = ", ".join(f"`{name}`" for name in sorted(list_built_in_missions()))
     patterns = ", ".join(f"`{name}`" for name in sorted(NAMED_PATTERNS))
     described: dict[type[BaseModel], str] = {}
     parts = [

@@ -18,7 +18,7 @@ import numpy as np
 
 from clearway.avoidance.escape.finder import STANDING, WaysOut
 from clearway.avoidance.escape.legs import EscapeTerms, leg_keeps
-from clearway.avoidance.escape.terms import carried_m, make_escape_terms
+from clearway.avoidance.escape.terms import limit_carried_m, make_escape_terms
 from clearway.avoidance.plan.evidence import gather_in_reach
 from clearway.base.frames import FloatArray
 from clearway.base.intervals import wilson
@@ -133,7 +133,7 @@ class Watched(AvoidanceSystem):
         planner, (situation, _) = self._sight.planner, self._sight.situation(now_s)
         library = planner.escapes
         assert library is not None
-        reach_m = planner.escape_reach_m + carried_m(planner, situation)
+        reach_m = planner.escape_reach_m + limit_carried_m(planner, situation)
         near = gather_in_reach(
             planner, situation, max(reach_m, planner.grid.range_m), planner.horizon_s
         )

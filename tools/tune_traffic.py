@@ -21,7 +21,7 @@ from clearway.live.mission import Mission
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate
 from clearway.sim.baselines import BaselinePilot, Craft, ManoeuvreRule
-from clearway.sim.baselines.mvp import VoltageTuning, modified_voltage_potential
+from clearway.sim.baselines.mvp import VoltageTuning, make_mvp
 from clearway.sim.baselines.velocity_obstacle import VelocityTuning, velocity_obstacle
 from clearway.sim.scripted import ScriptedIntruder, Traffic
 from clearway.studies.encounters.encounter import Encounter, EncounterSettings, random_encounter
@@ -42,7 +42,7 @@ RULES: dict[str, tuple[tuple[float, ...], Callable[[Craft, float], ManoeuvreRule
     ),
     "mvp": (
         (1.05, 1.2, 1.4, 1.7, 2.0, 2.5),
-        lambda craft, value: modified_voltage_potential(craft, VoltageTuning(zone=value)),
+        lambda craft, value: make_mvp(craft, VoltageTuning(zone=value)),
     ),
 }
 

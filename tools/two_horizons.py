@@ -68,7 +68,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     def twice(planner: Planner, situation: Situation, commitment: Commitment | None) -> Decision:
         if not situation.intruders:
             return decided(planner, situation, commitment=commitment)
-        alone = planner.changed(volumes=None)
+        alone = planner.with_values(volumes=None)
 
         def added() -> tuple[float, Decision]:
             took: dict[bool, float] = {}
@@ -98,7 +98,7 @@ def flown(file: MissionFile, seed: int) -> dict[str, Any]:
     gc.callbacks.append(collecting)
     system.decide, system.traffic_picture = twice, pictured  # type: ignore[assignment, attr-defined]
     try:
-        run = prepare(file.changed("simulation", seed=seed)).fly_with("clearway")
+        run = prepare(file.with_values("simulation", seed=seed)).fly_with("clearway")
     finally:
         gc.callbacks.remove(collecting)
         system.decide, system.traffic_picture = decided, traffic_picture  # type: ignore[attr-defined]

@@ -10,10 +10,10 @@ import pytest
 
 from clearway.avoidance.clear.clearance import make_span, moving_clearance
 from clearway.avoidance.clear.hazards import MovingHazards, bin_points
-from clearway.avoidance.escape.beginnings import KEEPS, begun_at, tips_of
+from clearway.avoidance.escape.beginnings import KEEPS, begin_at, tips_of
 from clearway.avoidance.escape.chains import chain_keeps, chain_room, rounds
 from clearway.avoidance.escape.finder import WaysOut
-from clearway.avoidance.escape.legs import EscapeTerms, carried, pose_after, was_seen
+from clearway.avoidance.escape.legs import EscapeTerms, carry_leg, pose_after, was_seen
 from clearway.avoidance.escape.places import NEARLY, loop_places, places_are_clear
 from clearway.avoidance.escape.search import first_escape, movements_of
 from clearway.avoidance.escape.too_near import LONG, TooNear, are_near, fill_in, too_near
@@ -233,7 +233,7 @@ def test_no_place_is_passed_over_about_which_all_was_seen(ways, seed: int) -> No
         one - 1, one - 1, one, np.zeros(count, dtype=np.int64), loops,
         np.zeros(count, dtype=np.int64), np.arange(count + 1), np.zeros(count, dtype=np.int64),
     )  # fmt: skip
-    begun = begun_at(np.zeros(4), 0.0, tips_of(each), terms)
+    begun = begin_at(np.zeros(4), 0.0, tips_of(each), terms)
     unknown = np.zeros(count, dtype=np.int8)
     clear, seen = np.full(1, KEEPS, dtype=np.int8), np.full(1, KEEPS, dtype=np.int8)
     radius = float(rng.uniform(0.01, 0.9))
@@ -350,7 +350,7 @@ def test_the_room_of_a_chain_is_the_least_of_its_movements(ways, seed) -> None:
         rooms = []
         for m in movements.tolist():
             end_s = time_s + legs.duration_s[m]
-            corners = carried(pose, legs.path[at, m], (time_s, end_s), terms)
+            corners = carry_leg(pose, legs.path[at, m], (time_s, end_s), terms)
             span = make_span(corners @ terms.grid_from_level.T, time_s, end_s)
             rooms.append(moving_clearance(span, terms.moving, np.inf)[0] - legs.sagitta_m[at, m])
             pose, at, time_s = pose_after(pose, legs.path[at, m]), legs.following[at, m], end_s

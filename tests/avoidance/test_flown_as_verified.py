@@ -68,7 +68,7 @@ def breaches(planner_: Planner, decision: Decision) -> int:
     """Movements that may not be flown where they are to begin."""
     automaton, at, count = planner_.automaton, decision.state.vector, 0
     for movement in automaton.chain(decision.movements):
-        count += not automaton.allowed(at, movement)
+        count += not automaton.is_allowed(at, movement)
         at = automaton.predict(at, movement)
     return count
 
@@ -104,11 +104,11 @@ def test_start_pitches_of_the_set_are_taken_as_they_are() -> None:
     for pitch, prepared in PLANNER.prepared_sets:
         for roll in (0.0, 0.4):
             state = State(np.zeros(3), [roll, pitch, 1.0])
-            assert PLANNER.prepared_at(state) is prepared
+            assert PLANNER.prepare_at(state) is prepared
 
 
 def test_a_start_pitch_predicted_anew_is_the_set() -> None:
-    table = AUTOMATON.measured(8)
+    table = AUTOMATON.measure(8)
     for automaton in (
         AUTOMATON,
         replace(AUTOMATON, table=table),
@@ -138,7 +138,7 @@ class Drifting(PlaneModel):
 @pytest.mark.parametrize("kind", ["table", "vehicle"])
 def test_measured_and_own_vehicles_are_flown_as_verified(kind: str) -> None:
     if kind == "table":
-        automaton = replace(AUTOMATON, table=AUTOMATON.measured(8))
+        automaton = replace(AUTOMATON, table=AUTOMATON.measure(8))
     else:
         automaton = MovementAutomaton(
             AUTOMATON.movements, AUTOMATON.pitch_limit_rad, vehicle=Drifting()
@@ -167,7 +167,7 @@ def test_what_may_not_be_flown_from_a_tilt_is_in_no_way_out() -> None:
         for attitude, following in zip(attitudes, legs.following, strict=True):
             for movement, then in zip(AUTOMATON.movements, following, strict=True):
                 state = np.array([0.0, 0.0, 0.0, *attitude, 0.0])
-                assert then < 0 or AUTOMATON.allowed(state, movement), (pitch_deg, movement)
+                assert then < 0 or AUTOMATON.is_allowed(state, movement), (pitch_deg, movement)
 
 
 @pytest.mark.parametrize("pitch_deg", [0.0, -15.0, 0.5, 7.4, -22.0])

@@ -117,7 +117,7 @@ def test_what_goes_on_lasts_as_long_as_any() -> None:
 def test_it_is_not_asked_where_nothing_moves_or_of_planes() -> None:
     ready = prepared(RESTS)
     assert lasting_among(all_of(ready), ready, nothing_moving(), MARGIN_M) is None
-    plane = plane_planner().prepared(0.0)
+    plane = plane_planner().prepare(0.0)
     comes = ball(np.array([9.0, 0.0, 0.0]), np.array([-3.0, 0.0, 0.0]), 0.8)
     assert lasting_among(all_of(plane), plane, comes, MARGIN_M) is None
 

@@ -133,7 +133,7 @@ def test_claimed_clearance_never_exceeds_the_exact_one(seed: int) -> None:
 def test_more_evidence_never_raises_the_claimed_clearance_of_a_trajectory(seed: int) -> None:
     rng = np.random.default_rng(seed)
     state = State(np.zeros(3), [0.0, rng.uniform(-0.5, 0.5), 0.0])
-    prepared = PLANNER.prepared_at(state)
+    prepared = PLANNER.prepare_at(state)
     nodes = rng.choice(prepared.reach_set.trajectories, 12)
     places, radii = rng.normal(0.0, 6.0, (60, 3)), rng.uniform(0.01, 0.3, 60)
     balls = [Obstacle.ball(rng.normal(0.0, 7.0, 3), 0.5) for _ in range(6)]

@@ -13,7 +13,7 @@ from scipy.stats import ncx2, norm
 import clearway as cw
 from clearway.avoidance.choose.candidates import Commitment
 from clearway.avoidance.long_range.profiles import SECONDS, Motion, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, across_disc, in_slab, rated
+from clearway.avoidance.long_range.rating import Other, across_disc, in_slab, rate_profiles
 from clearway.avoidance.long_range.resolve import PassingSide, RiskPrices, Sense, resolve
 from clearway.avoidance.long_range.two_horizons import WAVERS_S
 from clearway.traffic.growth import HORIZONS_S, LIGHT_AIRCRAFT
@@ -63,7 +63,7 @@ def test_tiers_are_never_lower_than_a_fine_walk_finds(x, y, z, vx, vy, vz) -> No
     """Bits a second may say both at once a little early, never too late."""
     ways = profiles(HERE, AHEAD, WING)
     intruder = other([x, y, z], [vx, vy, vz])
-    found = rated(ways, [intruder], SMALL)
+    found = rate_profiles(ways, [intruder], SMALL)
     times = np.arange(0.0, SECONDS, 0.1)
     for level, climb in ((0, 1), (3, 2), (10, 6), (24, 9)):
         own = np.stack(
@@ -81,10 +81,10 @@ def test_tiers_are_never_lower_than_a_fine_walk_finds(x, y, z, vx, vy, vz) -> No
 def test_risk_grows_with_what_is_not_known_far_off_and_is_never_above_one() -> None:
     ways = profiles(HERE, AHEAD, WING)
     far = [4000.0, 1500.0, 0.0], [-50.0, 0.0, 0.0]
-    sure = rated(ways, [other(*far)], SMALL).probability
-    unsure = rated(ways, [other(*far, std_m=400.0)], SMALL).probability
+    sure = rate_profiles(ways, [other(*far)], SMALL).probability
+    unsure = rate_profiles(ways, [other(*far, std_m=400.0)], SMALL).probability
     assert unsure[0, 0, 1] > sure[0, 0, 1]
-    both = rated(ways, [other(*far), other([3000.0, 0.0, 0.0], [-40.0, 0.0, 0.0])], SMALL)
+    both = rate_profiles(ways, [other(*far), other([3000.0, 0.0, 0.0], [-40.0, 0.0, 0.0])], SMALL)
     assert np.all(both.probability >= sure - 1e-12)
     assert np.all((both.probability >= 0.0) & (both.probability <= 1.0))
     assert np.all(both.probability[1] <= both.probability[0] + 0.05)
@@ -137,7 +137,7 @@ def planner():  # type: ignore[no-untyped-def]
 
 def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-untyped-def]
     """Near obstacles close one side; the aircraft kilometres off is passed on the other."""
-    keeps = planner.changed(volumes=SMALL)
+    keeps = planner.with_values(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     intruder = cw.Intruder(np.array([2500.0, 100.0, 0.0]), np.array([-50.0, 0.0, 0.0]), name="x")
 
@@ -165,7 +165,7 @@ def test_both_horizons_decide_together(planner) -> None:  # type: ignore[no-unty
 
 
 def test_a_decision_stays_with_the_side_of_the_last_one(planner) -> None:  # type: ignore[no-untyped-def]
-    keeps = planner.changed(volumes=SMALL)
+    keeps = planner.with_values(volumes=SMALL)
     here, there = cw.State(np.zeros(3)), np.array([5000.0, 0.0, 0.0])
     chosen = []
     before = None

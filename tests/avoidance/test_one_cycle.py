@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearway
-from clearway.avoidance.clear.hazards import PointHazards, grown_in_grid
+from clearway.avoidance.clear.hazards import PointHazards, grow_into_grid
 from clearway.avoidance.decide import decide
 from clearway.avoidance.plan.evidence import evidence_of, gather_in_reach, intruder_cells
 from clearway.avoidance.plan.planner import Planner
@@ -206,7 +206,7 @@ def test_balls_grow_and_come_into_the_grid_where_its_frame_says():
     rng = np.random.default_rng(3)
     frame = GridFrame.of(State([40.0, -7.0, 12.0], [0.4, -0.3, 2.2]))
     place_m, radius_m = rng.uniform(-90.0, 90.0, (50, 3)), rng.uniform(0.1, 2.0, 50)
-    balls = grown_in_grid(place_m, radius_m, 0.25, frame.origin_m, frame.world_from_grid)
+    balls = grow_into_grid(place_m, radius_m, 0.25, frame.origin_m, frame.world_from_grid)
     np.testing.assert_allclose(balls.position_m, frame.grid_points(place_m), atol=1e-12)
     np.testing.assert_array_equal(balls.radius_m, radius_m + 0.25)
 

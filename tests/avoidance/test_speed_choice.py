@@ -22,7 +22,7 @@ UNTIL_S = 6.8
 @cache
 def flown() -> Run:
     mission = cw.read_mission("copter-columns")
-    return cw.fly(mission.changed("simulation", time_limit_s=UNTIL_S))
+    return cw.fly(mission.with_values("simulation", time_limit_s=UNTIL_S))
 
 
 def told(entry: LoggedDecision) -> tuple[SpeedChoice, Sight]:
@@ -110,7 +110,7 @@ def test_a_past_decision_tells_the_same():
 
 
 def test_a_plane_has_no_speed_to_choose():
-    mission = cw.read_mission("static-obstacles").changed("simulation", time_limit_s=3.0)
+    mission = cw.read_mission("static-obstacles").with_values("simulation", time_limit_s=3.0)
     entry = cw.fly(mission).decisions[0]
     assert entry.sight is None
     assert entry.flight.decision.speed is None

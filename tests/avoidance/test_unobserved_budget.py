@@ -11,11 +11,11 @@ import pytest
 
 from clearway.avoidance.clear.hazards import bin_points
 from clearway.avoidance.escape.beginnings import tips_of
-from clearway.avoidance.escape.chains import chain_keeps, unobserved_along
+from clearway.avoidance.escape.chains import chain_keeps, measure_unobserved
 from clearway.avoidance.escape.finder import WaysOut
 from clearway.avoidance.escape.legs import (
     EscapeTerms,
-    carried,
+    carry_leg,
     leg_keeps_margin,
     leg_room,
     pose_after,
@@ -23,7 +23,7 @@ from clearway.avoidance.escape.legs import (
 from clearway.avoidance.escape.library_search import Beginning
 from clearway.avoidance.escape.places import loop_places
 from clearway.avoidance.escape.search import first_escape, movements_of
-from clearway.avoidance.escape.terms import unseen_places
+from clearway.avoidance.escape.terms import count_unobserved_places
 from clearway.avoidance.escape.too_near import too_near
 from clearway.avoidance.escape.wide_space import OFTEN, wide_space
 from clearway.avoidance.plan.evidence import gather_in_reach
@@ -69,7 +69,7 @@ def ways() -> WaysOut:
 
 def with_budget(terms: EscapeTerms, budget_m: float) -> EscapeTerms:
     return terms._replace(
-        unobserved_m=budget_m, unseen_places=unseen_places(budget_m, STRICT.automaton)
+        unobserved_m=budget_m, unseen_places=count_unobserved_places(budget_m, STRICT.automaton)
     )
 
 
@@ -98,7 +98,7 @@ def unseen_metres(
     radii_m = terms.unseen_m * np.array([0.0, 0.5, 1.0])
     metres, at, width = 0.0, 0, 1.0 / terms.seen.window[3]
     for m in movements.tolist():
-        corners = carried(pose, legs.path[at, m], (0.0, 0.0), terms)
+        corners = carry_leg(pose, legs.path[at, m], (0.0, 0.0), terms)
         for a, b in pairwise(corners):
             along = (b - a) / np.linalg.norm(b - a)
             left = np.array([-along[1], along[0], 0.0]) / np.hypot(along[0], along[1])
@@ -135,7 +135,7 @@ def test_no_escape_crosses_more_than_its_budget(ways, seed: int, often: bool) ->
             if found < 0:
                 continue
             movements = movements_of(ways.library.ways[0], found)
-            told = unobserved_along(movements, 0, pose, 0.0, legs, asked)
+            told = measure_unobserved(movements, 0, pose, 0.0, legs, asked)
             truly = unseen_metres(movements, pose, legs, asked, free)
             assert truly <= told + 1e-9 <= budget_m + 2e-9
             assert chain_keeps(movements, 0, pose, 0.0, legs, asked)
@@ -191,7 +191,7 @@ def test_what_was_seen_to_stand_is_never_crossed(ways, seed: int) -> None:
             continue
         for m in movements_of(ways.library.ways[0], found).tolist():
             path, sagitta_m = legs.path[at, m], float(legs.sagitta_m[at, m])
-            corners = carried(pose, path, (0.0, 0.0), terms)
+            corners = carry_leg(pose, path, (0.0, 0.0), terms)
             shares = np.linspace(0.0, 1.0, 20)[:, None, None]
             along = (corners[:-1] + shares * np.diff(corners, axis=0)).reshape(-1, 3)
             away_m = np.linalg.norm(along[:, None] - places, axis=2).min() - 0.05
@@ -226,14 +226,14 @@ def test_the_body_keeps_off_all_that_is_known_where_it_can(ways, seed: int, shar
         away_m = np.linalg.norm(along_m[:, None] - places, axis=2).min() - 0.05
         assert away_m >= found.margin_m - 1e-6
         begins = ways._search.numbers(found.begins)
-        again = ways._search.held(found, begins, start, terms)
+        again = ways._search.keep_held(found, begins, start, terms)
         assert again is not None
         assert again.margin_m == found.margin_m
         clear = terms._replace(margin_m=terms.unseen_m)
         if found.margin_m < terms.unseen_m:
             assert ways._search.first(start, clear, np.array([terms.unseen_m]))[0] is None
         hit = bin_points(along_m[len(along_m) // 2][None], np.full(1, 0.05))
-        assert ways._search.held(found, begins, start, terms._replace(bins=hit)) is None
+        assert ways._search.keep_held(found, begins, start, terms._replace(bins=hit)) is None
         spent += found.margin_m == terms.unseen_m
     assert spent
 

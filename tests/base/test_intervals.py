@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
+from clearway.base.intervals import Interval, bound_weighted_share, poisson_sum, ratio_of, sum_of
 from clearway.base.verdict import DemandVerdict, at_most, judge_at_least, worst_of
 
 WEIGHTS = st.lists(st.floats(0.01, 10.0), min_size=0, max_size=12)
@@ -22,9 +22,9 @@ def test_equal_weights_give_garwoods_interval(events):
 
 
 def test_equal_weights_give_clopper_and_pearsons_interval():
-    found = weighted_share([False] * 50, [3.0] * 50)
+    found = bound_weighted_share([False] * 50, [3.0] * 50)
     assert found.high == pytest.approx(1.0 - 0.025 ** (1 / 50))
-    found = weighted_share([True] + [False] * 9, [1.0] * 10)
+    found = bound_weighted_share([True] + [False] * 9, [1.0] * 10)
     assert (found.low, found.high) == pytest.approx((0.0025286, 0.4450161), abs=1e-6)
 
 
@@ -43,10 +43,10 @@ def test_an_event_more_never_lowers_the_upper_end(weights, more, unseen):
 def test_a_trial_that_turns_bad_never_lowers_the_upper_end(trials):
     weights = [weight for weight, _ in trials]
     bad = [flag for _, flag in trials]
-    before = weighted_share(bad, weights)
+    before = bound_weighted_share(bad, weights)
     for number, flag in enumerate(bad):
         if not flag:
-            worse = weighted_share([*bad[:number], True, *bad[number + 1 :]], weights)
+            worse = bound_weighted_share([*bad[:number], True, *bad[number + 1 :]], weights)
             assert worse.high >= before.high - 1e-12
     assert before.low <= before.value + 1e-12
     assert before.value <= before.high + 1e-12
@@ -72,7 +72,7 @@ def test_the_upper_end_of_a_ratio_holds_what_it_promises(heavier):
     for _ in range(400):
         weights, without, bad = draw(n)
         unseen = float((weights**2).sum() / weights.sum())
-        share = weighted_share(bad[without], weights[without])
+        share = bound_weighted_share(bad[without], weights[without])
         beside = ratio_of(
             poisson_sum(weights[bad & ~without], unseen), poisson_sum(weights[without], unseen)
         )

@@ -21,7 +21,7 @@ def test_each_is_made_once_and_only_when_asked_for() -> None:
     assert asked == [2]
     assert items.has(2)
     assert not items.has(0)
-    assert list(items.made()) == ["item 2"]
+    assert list(items.iterate_made()) == ["item 2"]
     assert items[1:3] == ("item 1", "item 2")
     assert list(items) == [f"item {n}" for n in range(4)]
     assert asked == [2, 1, 0, 3]

@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder of the user's, the current one; what is imported from it is forgotten again."""
     monkeypatch.chdir(tmp_path)
     modules, path = set(sys.modules), list(sys.path)
-    beside = list(own_code.looked_beside())
+    beside = list(own_code.list_looked_beside())
     yield tmp_path
     for name in set(sys.modules) - modules:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
@@ -64,10 +64,10 @@ def test_the_folder_of_the_file_comes_first_and_the_name_then_holds_anywhere(
 ) -> None:
     for place, value in ((folder, 0.25), (folder / "beside", 0.75)):
         written(place, "mine_b", f"def flat(e, o, u):\n    return {value} + 0.0 * o")
-    there = RATINGS.located("mine_b:flat", folder / "beside")
+    there = RATINGS.locate("mine_b:flat", folder / "beside")
     assert there == f"{folder / 'beside' / 'mine_b.py'}:flat"
     assert shorten_own_name(there) == "mine_b.py:flat"
-    here = RATINGS.located("mine_b:flat")
+    here = RATINGS.locate("mine_b:flat")
     monkeypatch.chdir("/")
     # Both are called mine_b: neither takes the place of the other.
     assert assess_cells(evidence(), rating_named(there)).rating == pytest.approx(0.75)
@@ -144,7 +144,7 @@ def test_own_ratings_need_not_be_arrays_of_floats(folder: Path) -> None:
 def test_without_a_colon_a_name_is_one_of_ours() -> None:
     for registry in (RATINGS, PLANNERS):
         with pytest.raises(ClearwayError, match="or your own as module:name"):
-            registry.named("best")
+            registry.find("best")
     assert load_own("thing", "os.path:join") is not None
 
 

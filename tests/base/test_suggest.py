@@ -12,8 +12,8 @@ from clearway.io.maps.maps import read_maps
 from clearway.io.toml import parse_model
 from clearway.missions.scene_file import SceneFile
 from clearway.missions.world_file import read_mission
-from clearway.sensors import named_pattern
-from clearway.sim.baselines import known_planner
+from clearway.sensors import find_pattern
+from clearway.sim.baselines import check_planner_name
 from clearway.studies.campaigns.file import read_campaign
 from clearway.studies.reproduction.registry import targets_named
 
@@ -56,8 +56,8 @@ def _table(path: Path) -> None:
     [
         (lambda _: read_mission("static-obstacle"), "static-obstacles"),
         (lambda _: read_mission("forrest:3"), "forest"),
-        (lambda _: known_planner("potental-field"), "potential-field"),
-        (lambda _: named_pattern("vlp-16"), "vlp16"),
+        (lambda _: check_planner_name("potental-field"), "potential-field"),
+        (lambda _: find_pattern("vlp-16"), "vlp16"),
         (lambda _: read_campaign("standart"), "standard"),
         (lambda _: targets_named(["table-6.3"]), "table-6"),
         (lambda _: parse_model("a", {"gird": {}}, SceneFile), "grid"),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from clearway.base import arrays
-from clearway.base.core_file import STAMP, changed_sources
+from clearway.base.core_file import STAMP, find_changed_sources
 from clearway_build.build import build_core
 from clearway_build.compiler import find_compiler
 from clearway_build.errors import BuildError
@@ -55,15 +55,15 @@ def test_only_what_has_changed_is_built_again(root: Path) -> None:
 def test_a_stamp_tells_which_source_has_changed(root: Path) -> None:
     base = place(root, build_core(root).path).parent
     loop, source = base / "small.py", root / "src"
-    assert changed_sources(base / STAMP, source) == []
+    assert find_changed_sources(base / STAMP, source) == []
     loop.touch()
-    assert changed_sources(base / STAMP, source) == []
+    assert find_changed_sources(base / STAMP, source) == []
     write_loop(root, sign="-")
-    assert changed_sources(base / STAMP, source) == ["clearway/base/small.py"]
+    assert find_changed_sources(base / STAMP, source) == ["clearway/base/small.py"]
     loop.unlink()
-    assert changed_sources(base / STAMP, source) == ["clearway/base/small.py"]
+    assert find_changed_sources(base / STAMP, source) == ["clearway/base/small.py"]
     (base / STAMP).unlink()
-    assert changed_sources(base / STAMP, source) == []
+    assert find_changed_sources(base / STAMP, source) == []
 
 
 def test_what_is_no_loop_for_the_core_is_named_with_its_line(root: Path) -> None:

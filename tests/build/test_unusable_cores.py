@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from clearway.base.core_file import changed_sources
+from clearway.base.core_file import find_changed_sources
 from clearway_build.placed import place
 from clearway_build.translate import READ
 from repository import REPOSITORY
@@ -103,4 +103,4 @@ def test_a_loop_edited_while_the_core_is_made_is_stale(tmp_path: Path) -> None:
         digest = hashlib.sha256(content.encode()).hexdigest()
         read.write_text(f"clearway/loop.py {digest}\n")
         place(tmp_path, core)
-        assert changed_sources(source / STAMP, source) == stale
+        assert find_changed_sources(source / STAMP, source) == stale

@@ -194,9 +194,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "range_m",
     [
         15,
-        50,
-        pytest.param(20, marks=pytest.mark.nightly),
-        pytest.param(30, marks=pytest.mark.nightly),
+        *(pytest.param(one, marks=pytest.mark.nightly) for one in (20, 30, 50)),
     ],
 )
 def test_the_sample_flight_is_flown_on_at_any_range(range_m: int, samples: Path) -> None:

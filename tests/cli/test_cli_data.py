@@ -13,7 +13,7 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.io import public_data
-from clearway.io.public_data import FILES, PublicFile, fetched, where_from
+from clearway.io.public_data import FILES, PublicFile, fetch_file, where_from
 from clearway.missions.world_file import read_mission
 from in_process import clearway
 from repository import REPOSITORY
@@ -64,10 +64,10 @@ def files(folder: Path) -> list[str]:
 
 def test_a_file_comes_whole_and_once(address: str, tmp_path: Path) -> None:
     came: list[int] = []
-    assert fetched(public(f"{address}/good"), tmp_path, came.append)
+    assert fetch_file(public(f"{address}/good"), tmp_path, came.append)
     assert (tmp_path / "lidar/a.las").read_bytes() == CONTENT
     assert sum(came) == len(CONTENT)
-    assert not fetched(public("http://127.0.0.1:1/nobody"), tmp_path)
+    assert not fetch_file(public("http://127.0.0.1:1/nobody"), tmp_path)
     assert files(tmp_path) == ["lidar/a.las"]
 
 
@@ -83,20 +83,20 @@ def test_what_is_wrong_is_told_and_nothing_kept(
     address: str, path: str, told: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=told):
-        fetched(public(address + path), tmp_path)
+        fetch_file(public(address + path), tmp_path)
     assert files(tmp_path) == []
 
 
 def test_a_damaged_file_is_brought_anew(address: str, tmp_path: Path) -> None:
     (tmp_path / "lidar").mkdir()
     (tmp_path / "lidar" / "a.las").write_bytes(CONTENT[:100])
-    assert fetched(public(f"{address}/good"), tmp_path)
+    assert fetch_file(public(f"{address}/good"), tmp_path)
     assert (tmp_path / "lidar/a.las").read_bytes() == CONTENT
 
 
 def test_without_a_network_it_says_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cannot be fetched from .* put it there by hand"):
-        fetched(public("http://127.0.0.1:1/nobody"), tmp_path)
+        fetch_file(public("http://127.0.0.1:1/nobody"), tmp_path)
     assert files(tmp_path) == []
 
 
@@ -105,7 +105,7 @@ def test_an_interruption_leaves_nothing_half(address: str, tmp_path: Path) -> No
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fetched(public(f"{address}/good"), tmp_path, interrupt)
+        fetch_file(public(f"{address}/good"), tmp_path, interrupt)
     assert files(tmp_path) == []
 
 

@@ -56,7 +56,7 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     (tmp_path / "broken.py").write_text(BROKEN)
     (tmp_path / "short.toml").write_text(SHORT)
     modules, path = set(sys.modules), list(sys.path)
-    beside = list(own_code.looked_beside())
+    beside = list(own_code.list_looked_beside())
     yield tmp_path
     for name in set(sys.modules) - modules:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):

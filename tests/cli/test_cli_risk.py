@@ -11,7 +11,7 @@ import pytest
 
 from clearway.base.provenance import sha256_of
 from clearway.base.version import __version__
-from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounter_model import make_up_model
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
 from clearway.studies.risk.settings import RiskSettings
@@ -39,7 +39,7 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
     assert told["dynamics"] == "50 kt, 5 deg/s"
     assert told["surveillance"] == "reports every 1 s"
     assert told["version"] == told["provenance"]["clearway"] == __version__
-    assert told["model_sha256"] == sha256_of(Path(made_up_model().source))
+    assert told["model_sha256"] == sha256_of(Path(make_up_model().source))
     assert told["command"] == told["provenance"]["command"]
     assert told["command"].startswith("clearway risk --count 5 --planners mvp")
     assert json.loads((tmp_path / "all" / "risk.json").read_text()) == told
@@ -48,7 +48,7 @@ def test_ratios_are_printed_and_every_encounter_is_written(tmp_path):
         ("0", "straight"),
         ("0", "mvp"),
     ]
-    encounter = sample_encounter(made_up_model(), 4, RiskSettings())
+    encounter = sample_encounter(make_up_model(), 4, RiskSettings())
     straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
     assert float(rows[-2]["nearest_m"]) == pytest.approx(straight.nearest_m, abs=1e-3)
 
@@ -63,7 +63,7 @@ def test_one_encounter_is_replayed_drawn_and_explained(tmp_path):
     done = run_here("risk", "--only", 4, "--out", "one", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "one" / "encounter-4.png").stat().st_size > 20_000
-    encounter = sample_encounter(made_up_model(), 4, RiskSettings())
+    encounter = sample_encounter(make_up_model(), 4, RiskSettings())
     straight, _ = separation_of(encounter, STRAIGHT, RiskSettings())
     assert f"nearest {straight.nearest_m / 0.3048:.0f} ft" in done.stdout
     assert "clearway:" in done.stdout
@@ -112,7 +112,7 @@ def test_bad_options_end_with_2(arguments, said, tmp_path):
 def test_every_model_of_a_folder_in_one_command(tmp_path):
     folder = tmp_path / "models"
     folder.mkdir()
-    made_up = Path(made_up_model().source).read_text()
+    made_up = Path(make_up_model().source).read_text()
     for name in ("one", "two"):
         (folder / f"{name}.txt").write_text(made_up)
     (tmp_path / "page.md").write_text(

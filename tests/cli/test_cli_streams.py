@@ -41,7 +41,7 @@ def test_what_cannot_be_said_changes_no_result(tmp_path: Path) -> None:
     assert (tmp_path / "unread" / "summary.json").exists()
 
 
-@pytest.mark.parametrize("gap_s", [0.05, 0.4])
+@pytest.mark.parametrize("gap_s", [0.05, pytest.param(0.4, marks=pytest.mark.nightly)])
 def test_ctrl_c_twice_ends_a_study_and_its_workers(gap_s: float, tmp_path: Path) -> None:
     """As a terminal sends it: to the command and to all workers at once."""
     command = [*CLEARWAY, "encounters", "--count", "4000", "--workers", "2", "--out", "here"]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from aarch64 import AbsentError, emulated_python
-from clearway.missions.mission_file import built_in_missions
+from clearway.missions.mission_file import list_built_in_missions
 from repository import REPOSITORY
 
 KEPT = REPOSITORY / "clearway-out" / "aarch64"
@@ -53,7 +53,7 @@ def flown(command: list[str], mission: str, *folders: Path) -> list[str]:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("mission", sorted(built_in_missions()))
+@pytest.mark.parametrize("mission", sorted(list_built_in_missions()))
 def test_built_in_missions_fly_the_same(mission: str, emulated: tuple[list[str], Path]) -> None:
     command, place = emulated
     machine, track = flown(command, mission, place, KEPT / "site")

@@ -78,7 +78,7 @@ from checked_core import Book
 book = Book("python", most_calls=3)
 book.open()
 import clearway as cw
-cw.fly(cw.read_mission(sys.argv[1]).changed("simulation", time_limit_s=10.0))
+cw.fly(cw.read_mission(sys.argv[1]).with_values("simulation", time_limit_s=10.0))
 print(len(book.calls))
 """
 EXAMPLES = REPOSITORY / "examples" / "missions"

@@ -9,7 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from tools.format_tables import PARTS
+from tools.format_tables import FLOWN_BY, PARTS, fly_mission_table
 from tools.transcripts import differences
 
 from clearway.io.toml import parse_model
@@ -44,11 +44,31 @@ def test_the_reference_page_is_what_the_models_say() -> None:
     )
 
 
-@pytest.mark.parametrize(("page", "mark"), PARTS)
+ALL_FLIGHTS = ("results/missions.md", "missions")
+BY_DAY = (("copter-columns", "mixed", "intruders-collision"), (FLOWN_BY[0], FLOWN_BY[2]))
+"""Of the missions' table what every run of the tests flies: a copter, sensors and map, traffic."""
+
+
+@pytest.mark.parametrize(
+    ("page", "mark"),
+    [
+        pytest.param(*part, marks=pytest.mark.nightly if part == ALL_FLIGHTS else [])
+        for part in PARTS
+    ],
+)
 def test_tables_between_marks_are_what_the_registries_say(page: str, mark: str) -> None:
     text = (DOCS / page).read_text(encoding="utf-8")
     there = text.partition(f"<!-- {mark}:begin -->\n")[2].partition(f"\n<!-- {mark}:end -->")[0]
     assert differences(there, PARTS[page, mark]()) == [], "run python -m tools.reference --write"
+
+
+def test_missions_fly_as_their_table_says() -> None:
+    there = (DOCS / ALL_FLIGHTS[0]).read_text(encoding="utf-8").splitlines()
+    rows = fly_mission_table(*BY_DAY).splitlines()[2:]
+    assert len(rows) == 6
+    said = {tuple(line.split("|")[1:3]): line for line in there if line.startswith("| `")}
+    old = "\n".join(said[tuple(row.split("|")[1:3])] for row in rows)
+    assert differences(old, "\n".join(rows)) == [], "run python -m tools.reference --write"
 
 
 def test_every_key_of_the_reference_has_a_meaning() -> None:

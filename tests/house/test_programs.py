@@ -97,7 +97,7 @@ def test_a_live_loop_passes_the_trunk_at_10_hz(
     assert asleep == pytest.approx([0.1] * len(asleep))
     assert 120 <= len(asleep) <= 250
     system = names["system"]
-    assert system.progress.done(names["mission"])
+    assert system.progress.is_done(names["mission"])
     assert not [reason for reason in system.counts if "contradict" in reason or "stale" in reason]
     told = capsys.readouterr().out
     assert "EMERGENCY" not in told

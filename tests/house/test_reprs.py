@@ -27,7 +27,7 @@ FEW = 2
 @pytest.fixture(scope="module")
 def values() -> dict[str, Any]:
     """Values of every kind that the public names give."""
-    file = cw.read_mission("intruders-collision").changed("simulation", time_limit_s=3.0)
+    file = cw.read_mission("intruders-collision").with_values("simulation", time_limit_s=3.0)
     setup = prepare(file)
     scan = cw.read_scan(SCENES / "street.pcd")
     return {
@@ -149,7 +149,7 @@ def _beside(value: Any) -> list[Any]:
 
 
 def test_a_name_that_is_markup_stays_text() -> None:
-    file = cw.read_mission("static-obstacles").changed("mission", name="<script>&")
+    file = cw.read_mission("static-obstacles").with_values("mission", name="<script>&")
     for value in (file, file.to_mission()):
         assert "<script>" not in value._repr_html_()
         assert "&lt;script&gt;&amp;" in value._repr_html_()

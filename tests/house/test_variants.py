@@ -38,7 +38,7 @@ from clearway.sensors.cells.detection import RULES
 from clearway.sim.baselines import PLANNERS
 from clearway.sim.run import METRICS, Metric
 from clearway.studies.campaigns.file import CampaignFile
-from clearway.studies.campaigns.row import IDENTITY, FlightRow, measured, measures
+from clearway.studies.campaigns.row import IDENTITY, FlightRow, measure_run, measures
 from flown_missions import flown
 from in_process import clearway
 from repository import REPOSITORY
@@ -155,7 +155,7 @@ def test_a_new_metric_of_campaigns_is_one_field() -> None:
 
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Wider(FlightRow):
-        throw_away: int = measured(lambda run: len(run.movements), 0)
+        throw_away: int = measure_run(lambda run: len(run.movements), 0)
 
     assert measures(run, Wider) == told | {"throw_away": len(run.movements)}
 

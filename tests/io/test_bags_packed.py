@@ -117,9 +117,9 @@ def test_a_message_that_unpacks_without_end_is_refused(monkeypatch):
     from zstandard import ZstdCompressor
 
     monkeypatch.setattr(zstd, "MOST_MESSAGE_BYTES", 1000)
-    assert zstd.unpacked_message(ZstdCompressor().compress(bytes(1000))) == bytes(1000)
+    assert zstd.unpack_message(ZstdCompressor().compress(bytes(1000))) == bytes(1000)
     with pytest.raises(ValueError, match="more than 1,000 bytes"):
-        zstd.unpacked_message(ZstdCompressor().compress(bytes(10**6)))
+        zstd.unpack_message(ZstdCompressor().compress(bytes(10**6)))
 
 
 def test_a_full_disk_of_temporary_files_is_no_damage(tmp_path, monkeypatch):

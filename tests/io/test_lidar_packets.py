@@ -14,7 +14,7 @@ from clearway.io.scans.ouster import metadata_beside
 from clearway.io.scans.scan_formats import read_points
 from clearway.io.scans.sequences import open_scans
 from clearway.io.scans.velodyne import CALIBRATIONS, NAMED, model_pattern
-from clearway.sensors import named_pattern
+from clearway.sensors import find_pattern
 
 
 def test_velodyne_packets_against_their_truth(data_dir: Path) -> None:
@@ -58,7 +58,7 @@ def test_lost_packets_are_no_evidence_of_free_space(data_dir: Path) -> None:
     assert part.pattern.beams == pytest.approx(28_800 * (1.0 - 75.0 / 360.0), rel=0.01)
     azimuth = np.arctan2(part.points_m[:, 1], part.points_m[:, 0])
     gone = np.setdiff1d(
-        np.round(np.degrees(np.unique(named_pattern("vlp16").azimuth_rad))),
+        np.round(np.degrees(np.unique(find_pattern("vlp16").azimuth_rad))),
         np.round(np.degrees(np.unique(part.pattern.azimuth_rad))),
     )
     assert len(gone) == pytest.approx(74, abs=1)

@@ -16,7 +16,7 @@ from clearway.base.errors import InputError
 from clearway.io.plans.mission_order import MOST_FLOWN, in_flown_order
 from clearway.io.plans.plan_items import Item, Jump, Step
 from clearway.missions.mission_file import read_mission_file
-from clearway.missions.planned import planned_tables
+from clearway.missions.planned import make_planned_tables
 
 HOME = (-35.36, 149.16, 584.0)
 EAST_M = 1e-3 * 90_897.0
@@ -49,7 +49,7 @@ def written(path: Path, *rows: list[float] | str, home: Any = HOME, version: str
 def planned(path: Path) -> tuple[Any, str]:
     """The tables of a plan, and what was said about it."""
     said: list[str] = []
-    return planned_tables(path, None, said.append), "\n".join(said)
+    return make_planned_tables(path, None, said.append), "\n".join(said)
 
 
 def steps_east(tables: Any) -> list[int]:

@@ -14,7 +14,7 @@ from in_process import clearway
 
 
 def write(folder: ResultsFolder, *names: str) -> None:
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         for name in names:
             (scratch / name).parent.mkdir(parents=True, exist_ok=True)
             (scratch / name).write_text(f"{folder.of} {name}")
@@ -28,16 +28,16 @@ def names(path: Path) -> set[str]:
 
 def test_the_next_run_of_the_same_takes_the_place_of_the_last_one_whole(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    write(ResultsFolder.checked(out, "fly", "a"), "summary.json", "run.mcap", "x/flight.png")
+    write(ResultsFolder.check(out, "fly", "a"), "summary.json", "run.mcap", "x/flight.png")
     (out / "notes.txt").write_text("somebody's own")
-    write(ResultsFolder.checked(out, "fly", "a"), "summary.json")
+    write(ResultsFolder.check(out, "fly", "a"), "summary.json")
     assert names(out) == {"summary.json", "notes.txt"}
 
 
 def test_what_adds_keeps_what_is_there_and_knows_it_afterwards(tmp_path: Path) -> None:
     for name in ("one.png", "two.png"):
-        write(ResultsFolder.checked(tmp_path / "out", "reach-set", "", adds=True), name)
-    found = ResultsFolder.checked(tmp_path / "out", "reach-set", "", adds=True)
+        write(ResultsFolder.check(tmp_path / "out", "reach-set", "", adds=True), name)
+    found = ResultsFolder.check(tmp_path / "out", "reach-set", "", adds=True)
     assert set(found.before) == names(tmp_path / "out") == {"one.png", "two.png"}
 
 
@@ -47,11 +47,11 @@ def test_of_two_runs_at_once_the_first_to_end_stays(tmp_path: Path, of: str, bef
     """Whether both are of the same thing or not, and whether something was there before."""
     out = tmp_path / "out"
     if before:
-        write(ResultsFolder.checked(out, "fly", "a"), "summary.json")
-    slow = ResultsFolder.checked(out, "fly", "a")
+        write(ResultsFolder.check(out, "fly", "a"), "summary.json")
+    slow = ResultsFolder.check(out, "fly", "a")
     if before and of != "a":
         return  # Refused when it began.
-    quick = ResultsFolder.checked(out, "fly", of)
+    quick = ResultsFolder.check(out, "fly", of)
     write(quick, "summary.json", "intruders.csv")
     with pytest.raises(InputError, match="another run has written into it since this one began"):
         write(slow, "summary.json", "flight.png")
@@ -61,18 +61,18 @@ def test_of_two_runs_at_once_the_first_to_end_stays(tmp_path: Path, of: str, bef
 
 def test_what_two_runs_at_once_add_is_known_afterwards(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    one, two = (ResultsFolder.checked(out, "reach-set", "", adds=True) for _ in range(2))
+    one, two = (ResultsFolder.check(out, "reach-set", "", adds=True) for _ in range(2))
     write(one, "one.png")
     write(two, "two.png")
-    found = ResultsFolder.checked(out, "reach-set", "", adds=True)
+    found = ResultsFolder.check(out, "reach-set", "", adds=True)
     assert set(found.before) == names(out) == {"one.png", "two.png"}
 
 
 @pytest.mark.parametrize(("command", "of"), [("fly", "b"), ("compare", "a")])
 def test_results_of_something_else_are_refused(tmp_path: Path, command: str, of: str) -> None:
-    write(ResultsFolder.checked(tmp_path / "out", "fly", "a"), "summary.json")
+    write(ResultsFolder.check(tmp_path / "out", "fly", "a"), "summary.json")
     with pytest.raises(InputError, match=r"holds the results of `clearway fly a`; give another"):
-        ResultsFolder.checked(tmp_path / "out", command, of)
+        ResultsFolder.check(tmp_path / "out", command, of)
     assert names(tmp_path / "out") == {"summary.json"}
 
 
@@ -80,16 +80,16 @@ def test_results_of_something_else_are_refused(tmp_path: Path, command: str, of:
 def test_files_that_no_list_tells_of_are_not_replaced(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("mine")
     with pytest.raises(InputError, match="is there already"):
-        ResultsFolder.checked(tmp_path, "fly", "a")
+        ResultsFolder.check(tmp_path, "fly", "a")
     assert (tmp_path / name).read_text() == "mine"
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"command": "fly"}', '{"command": 1}', "\x00"])
 def test_a_damaged_list_is_none(tmp_path: Path, text: str) -> None:
-    write(ResultsFolder.checked(tmp_path, "fly", "a"), "summary.json")
+    write(ResultsFolder.check(tmp_path, "fly", "a"), "summary.json")
     (tmp_path / LIST).write_text(text)
     with pytest.raises(InputError, match="is there already"):
-        ResultsFolder.checked(tmp_path, "fly", "a")
+        ResultsFolder.check(tmp_path, "fly", "a")
 
 
 @pytest.mark.parametrize("name", ["../mine.txt", "/etc/none", ""])
@@ -98,7 +98,7 @@ def test_a_list_never_removes_what_lies_elsewhere(tmp_path: Path, name: str) -> 
     out = tmp_path / "out"
     out.mkdir()
     (out / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": [name]}))
-    write(ResultsFolder.checked(out, "fly", "a"), "flight.png")
+    write(ResultsFolder.check(out, "fly", "a"), "flight.png")
     assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
@@ -124,9 +124,9 @@ def test_a_run_removes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, 
     (out / "summary.json").write_text("{}")
     if ".." in name:
         with pytest.raises(InputError, match="is there already"):
-            ResultsFolder.checked(out, "fly", "a")
+            ResultsFolder.check(out, "fly", "a")
     else:
-        write(ResultsFolder.checked(out, "fly", "a"), "run.mcap")
+        write(ResultsFolder.check(out, "fly", "a"), "run.mcap")
         assert not (out / "summary.json").exists()
     assert [one.name for one in mine.parent.iterdir()] == ["mine.txt"]
     assert mine.read_text() == "mine"
@@ -135,7 +135,7 @@ def test_a_run_removes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, 
 @pytest.mark.parametrize("name", ["flight.png", "track.csv", "inner/mine.txt", "inner/new.txt"])
 def test_a_run_writes_nothing_that_links_of_its_folder_lead_to(tmp_path: Path, name: str) -> None:
     out, mine = planted(tmp_path, ["summary.json"])
-    folder = ResultsFolder.checked(out, "fly", "a")
+    folder = ResultsFolder.check(out, "fly", "a")
     if name.startswith("inner"):
         with pytest.raises(InputError, match="inner: cannot be written into: it is a link"):
             write(folder, "summary.json", name)
@@ -155,7 +155,7 @@ def test_a_list_of_what_is_no_name_is_none(tmp_path: Path, files: object) -> Non
     (tmp_path / "summary.json").write_text("{}")
     (tmp_path / LIST).write_text(json.dumps({"command": "fly", "of": "a", "files": files}))
     with pytest.raises(InputError, match="is there already"):
-        ResultsFolder.checked(tmp_path, "fly", "a")
+        ResultsFolder.check(tmp_path, "fly", "a")
 
 
 def test_a_list_is_a_file_of_its_own(tmp_path: Path) -> None:
@@ -174,15 +174,15 @@ def test_a_list_is_a_file_of_its_own(tmp_path: Path) -> None:
     ):
         plant(out / LIST)
         with pytest.raises(InputError, match="is there already"):
-            ResultsFolder.checked(out, "fly", "a")
+            ResultsFolder.check(out, "fly", "a")
         (out / LIST).unlink()
 
 
 def test_an_error_leaves_the_run_before(tmp_path: Path) -> None:
-    write(ResultsFolder.checked(tmp_path, "fly", "a"), "summary.json")
+    write(ResultsFolder.check(tmp_path, "fly", "a"), "summary.json")
 
     def broken() -> None:
-        with ResultsFolder.checked(tmp_path, "fly", "a").written() as scratch:
+        with ResultsFolder.check(tmp_path, "fly", "a").write() as scratch:
             (scratch / "run.mcap").write_text("half")
             raise KeyboardInterrupt
 
@@ -194,21 +194,21 @@ def test_an_error_leaves_the_run_before(tmp_path: Path) -> None:
 def test_a_file_is_no_folder_and_a_folder_no_file(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="--out is a file; a folder is needed"):
-        ResultsFolder.checked(tmp_path / "file", "fly", "a")
+        ResultsFolder.check(tmp_path / "file", "fly", "a")
     with pytest.raises(InputError, match="cannot be written"):
-        ResultsFolder.checked(tmp_path / "file" / "inner", "fly", "a")
+        ResultsFolder.check(tmp_path / "file" / "inner", "fly", "a")
     with pytest.raises(InputError, match="--out is a device; a folder is needed"):
-        ResultsFolder.checked(Path("/dev/null"), "fly", "a")
+        ResultsFolder.check(Path("/dev/null"), "fly", "a")
     with pytest.raises(InputError, match="--html is a device; a file is needed"):
         refuse_unwritable_file(Path("/dev/null"), "--html")
     with pytest.raises(InputError, match="--html is a folder; a file is needed"):
         refuse_unwritable_file(tmp_path, "--html")
     with pytest.raises(InputError, match="cannot be written"):
-        ResultsFolder.checked(Path("/proc/nowhere"), "fly", "a")
+        ResultsFolder.check(Path("/proc/nowhere"), "fly", "a")
 
 
 def test_to_look_leaves_nothing(tmp_path: Path) -> None:
-    ResultsFolder.checked(tmp_path / "a" / "b", "fly", "a")
+    ResultsFolder.check(tmp_path / "a" / "b", "fly", "a")
     refuse_unwritable_file(tmp_path / "a" / "b.csv", "--out")
     assert list(tmp_path.iterdir()) == []
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from clearway.base.errors import InputError
-from clearway.io.staging import RESULTS, growing_file, name_results_folder, staged, staged_file
+from clearway.io.staging import RESULTS, growing_file, name_results_folder, stage_file, stage_folder
 
 
 def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
-    with staged(tmp_path / "a" / "out") as folder:
+    with stage_folder(tmp_path / "a" / "out") as folder:
         (folder / "one.txt").write_text("1")
         (folder / "inner").mkdir()
         (folder / "inner" / "two.txt").write_text("2")
@@ -25,7 +25,7 @@ def test_files_arrive_when_the_block_ends(tmp_path: Path) -> None:
 def test_other_files_stay_and_same_names_are_replaced(tmp_path: Path) -> None:
     (tmp_path / "old.txt").write_text("old")
     (tmp_path / "one.txt").write_text("old")
-    with staged(tmp_path) as folder:
+    with stage_folder(tmp_path) as folder:
         (folder / "one.txt").write_text("1")
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {
         "old.txt": "old",
@@ -34,7 +34,10 @@ def test_other_files_stay_and_same_names_are_replaced(tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_after_an_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out") as folder:
+    with (
+        pytest.raises(InputError, match="cannot be written"),
+        stage_folder(tmp_path / "out") as folder,
+    ):
         (folder / "one.txt").write_text("1") and (folder / "one.txt" / "two.txt").write_text("2")
     assert list(tmp_path.iterdir()) == []
 
@@ -43,7 +46,7 @@ def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-    with staged_file(pipe) as file:
+    with stage_file(pipe) as file:
         file.write_text("all of it")
     assert os.read(reader, 100) == b"all of it"
     os.close(reader)
@@ -52,7 +55,7 @@ def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:
 
 
 def test_a_full_device_is_named_and_stays() -> None:
-    with pytest.raises(InputError, match="/dev/full"), staged_file("/dev/full") as file:
+    with pytest.raises(InputError, match="/dev/full"), stage_file("/dev/full") as file:
         file.write_text("more than fits")
     assert Path("/dev/full").is_char_device()
 
@@ -60,10 +63,10 @@ def test_a_full_device_is_named_and_stays() -> None:
 def test_a_file_takes_the_place_of_another_whole_or_not_at_all(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("before")
-    with pytest.raises(UnicodeEncodeError), staged_file(table) as file:
+    with pytest.raises(UnicodeEncodeError), stage_file(table) as file:
         file.write_text("half of it, and then \ud800")
     assert table.read_text() == "before"
-    with staged_file(table) as file:
+    with stage_file(table) as file:
         file.write_text("after")
     assert table.read_text() == "after"
     assert list(tmp_path.iterdir()) == [table]
@@ -73,7 +76,7 @@ def test_a_link_is_replaced_and_not_what_it_leads_to(tmp_path: Path) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("mine")
     (tmp_path / "page.html").symlink_to(mine)
-    with staged_file(tmp_path / "page.html") as file:
+    with stage_file(tmp_path / "page.html") as file:
         file.write_text("page")
     assert not (tmp_path / "page.html").is_symlink()
     assert ((tmp_path / "page.html").read_text(), mine.read_text()) == ("page", "mine")
@@ -102,7 +105,7 @@ def test_a_file_that_grows_is_no_link_no_pipe_and_has_no_other_name(tmp_path: Pa
 
 def test_a_file_in_the_way(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file")
-    with pytest.raises(InputError, match="cannot be written"), staged(tmp_path / "out"):
+    with pytest.raises(InputError, match="cannot be written"), stage_folder(tmp_path / "out"):
         pass
 
 

@@ -172,7 +172,7 @@ def test_own_time_never_runs_back_and_never_leaps_far(steps_s):
         assert not np.isfinite(before) or now - before <= max(
             LONGEST_SILENCE_S, 2.0 * LONGEST_SILENCE_S
         )
-        assert clock.told(clock.own(told)) == pytest.approx(told, abs=1e-6)
+        assert clock.to_stated(clock.own(told)) == pytest.approx(told, abs=1e-6)
         assert jumped in (None, SET_BACK, LEAPT)
         before = now
 

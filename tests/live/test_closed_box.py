@@ -11,7 +11,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode, Progress
 from clearway.live.outputs.explain import NOT_REACHABLE
-from clearway.live.routing.no_way import FLIES_ON_S, STAYS_S, closed_or_not
+from clearway.live.routing.no_way import FLIES_ON_S, STAYS_S, note_whether_closed
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach import ReachLibrary
@@ -90,14 +90,14 @@ def test_a_copter_stays_before_a_goal_that_is_closed_in_and_says_where_it_looked
 def test_a_way_that_is_not_known_is_given_up_after_a_while_and_tried_again() -> None:
     def after(progress: Progress, *times_s: float) -> Progress:
         for time_s in times_s:
-            progress = closed_or_not(progress, time_s, is_known=False)
+            progress = note_whether_closed(progress, time_s, is_known=False)
         return progress
 
     flies_on = after(Progress(), 5.0, 5.0 + FLIES_ON_S)
     assert not flies_on.closed
     stays = after(flies_on, 5.1 + FLIES_ON_S)
     assert stays.closed
-    found = closed_or_not(stays, 20.0, is_known=True)
+    found = note_whether_closed(stays, 20.0, is_known=True)
     assert (found.closed, found.closed_s) == (False, Progress().closed_s)
     again_s = 5.2 + FLIES_ON_S + STAYS_S
     again = after(stays, again_s - 0.2, again_s)

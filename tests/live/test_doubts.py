@@ -9,7 +9,7 @@ import pytest
 
 import clearway as cw
 from clearway.live.preflight.doubts import over_reach, over_wide_margin
-from clearway.missions.mission_file import built_in_missions, read_mission_file
+from clearway.missions.mission_file import list_built_in_missions, read_mission_file
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
 from clearway.sim.worlds import WORLD_FAMILIES
@@ -99,7 +99,7 @@ def test_where_the_unseen_is_kept_as_far_off_no_margin_is_lost(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    "name", [*built_in_missions(), *(f"{one}:0" for one in WORLD_FAMILIES), *EXAMPLES], ids=str
+    "name", [*list_built_in_missions(), *(f"{one}:0" for one in WORLD_FAMILIES), *EXAMPLES], ids=str
 )
 def test_nothing_is_doubted_of_missions_that_ship(name: str | Path) -> None:
     """Without the places and recordings of some, which change neither movements nor margins."""
@@ -118,5 +118,5 @@ def test_returns_that_are_nearly_all_lost_are_told_of_before(lost: float, said: 
     why = prepare(file.model_copy(update={"lidar": lidar})).escape.why
     told = f"; {100 * lost:g} % of returns are lost: what whole sweeps miss passes for free"
     assert (told in why) == said
-    off = file.model_copy(update={"lidar": lidar}).changed("safety", escape="off")
+    off = file.model_copy(update={"lidar": lidar}).with_values("safety", escape="off")
     assert "are lost" not in prepare(off).escape.why

@@ -13,9 +13,9 @@ from clearway.live import AvoidanceSystem
 from clearway.live.dynamic_objects import (
     DynamicObjectSettings,
     Following,
+    find_unreported,
     follow,
     forget_dynamic_objects,
-    unreported,
 )
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -183,8 +183,8 @@ def test_a_reported_intruder_is_not_counted_twice() -> None:
     moving = followed(scans_of(start, velocity, 0.0, 4))[0].intruders()
     report = Intruder(start, velocity, radius_m=RADIUS_M, name="a", time_s=0.0)
     elsewhere = replace(report, position_m=start + np.array([0.0, 0.0, 2.0]))
-    assert unreported(moving, [report]) == []
-    assert unreported(moving, [elsewhere]) == moving
+    assert find_unreported(moving, [report]) == []
+    assert find_unreported(moving, [elsewhere]) == moving
 
 
 def test_other_beams_see_movers_too() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from clearway.avoidance.clear.hazards import Cause
-from clearway.live.outputs.explain import _clearance, called
+from clearway.live.outputs.explain import _clearance, name_with_kind
 
 
 @pytest.mark.parametrize(
@@ -24,7 +24,7 @@ from clearway.live.outputs.explain import _clearance, called
     ],
 )
 def test_a_name_that_says_what_it_names_is_not_said_twice(kind: str, name: str, said: str) -> None:
-    assert called(kind, name) == said
+    assert name_with_kind(kind, name) == said
 
 
 @pytest.mark.parametrize(

@@ -62,11 +62,11 @@ def test_where_nothing_is_declared_the_log_says_what_beams_hold() -> None:
 def test_a_mission_with_coarse_beams_is_refused() -> None:
     file = read_mission("static-obstacles")
     assert any("smallest_object_m" in note for note in prepare(file).notes)
-    declared = prepare(file.changed("safety", smallest_object_m=0.01))
+    declared = prepare(file.with_values("safety", smallest_object_m=0.01))
     assert not any("smallest_object_m" in note for note in declared.notes)
     with pytest.raises(FlightRefusedError, match="mm apart"):
         declared.refuse_impossible()
-    prepare(file.changed("safety", smallest_object_m=0.2)).refuse_impossible()
+    prepare(file.with_values("safety", smallest_object_m=0.2)).refuse_impossible()
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])

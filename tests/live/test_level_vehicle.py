@@ -15,7 +15,7 @@ from clearway.avoidance.rate.goal import arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem
-from clearway.live.mission import Mission, Progress, advanced
+from clearway.live.mission import Mission, Progress, advance_progress
 from clearway.mavlink.simulated_autopilot import SimulatedAutopilot
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import prepare
@@ -77,18 +77,18 @@ def test_a_waypoint_counts_as_reached_from_above_or_below(height_m: float) -> No
         "level", State(np.zeros(3)), waypoints_m=np.array([[12.0, 3.0, height_m], [24.0, 0, 0]])
     )
     run = simulate(AvoidanceSystem(LEVEL, mission), ObstacleMap(), lidars=())
-    assert run.progress.done(mission)
+    assert run.progress.is_done(mission)
     assert run.time_s[-1] < 26.0
     assert not run.states[:, 2].any()
     start = Situation(State(np.array([11.5, 3.0, 0.0])), np.array([12.0, 3.0, height_m]))
-    assert arrival(LEVEL.prepared(0.0).reach_set, goal_of(start, stays_level=True)).first.any()
+    assert arrival(LEVEL.prepare(0.0).reach_set, goal_of(start, stays_level=True)).first.any()
 
 
 def test_what_can_climb_has_to() -> None:
     mission = Mission("high", State(np.zeros(3)), waypoints_m=np.array([[12.0, 0.0, 3.0]]))
     above = np.array([12.0, 0.0, 0.0])
-    assert advanced(mission, Progress(), above, 1.0).goal == 0
-    assert advanced(mission, Progress(), above, 1.0, stays_level=True).goal == 1
+    assert advance_progress(mission, Progress(), above, 1.0).goal == 0
+    assert advance_progress(mission, Progress(), above, 1.0, stays_level=True).goal == 1
 
 
 def flown_in_lock_step(waypoint_m: list[float], most_s: float) -> SimulatedAutopilot:

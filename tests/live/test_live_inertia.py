@@ -63,7 +63,7 @@ class Follower:
 
     def fly(self, until_s: float) -> Iterator[Reference]:
         """What is asked at every hundredth of a second."""
-        while self.time_s < until_s and not self.system.progress.done(self.system.mission):
+        while self.time_s < until_s and not self.system.progress.is_done(self.system.mission):
             attitude = np.array([0.0, 0.0, self.yaw_rad])
             own = State(
                 self.position_m, attitude, time_s=self.time_s, velocity_mps=self.velocity_mps
@@ -96,7 +96,7 @@ def test_what_is_asked_has_no_steps_in_place_or_velocity() -> None:
     """Decisions come at any time, and are taken for the end of the movement under way."""
     flight = Follower()
     asked = list(flight.fly(30.0))
-    assert flight.system.progress.done(flight.system.mission)
+    assert flight.system.progress.is_done(flight.system.mission)
     assert MASTS.distance_m(np.array(flight.track)).min() > 0.6
     velocity = np.array([each.velocity_mps for each in asked])
     steps = np.linalg.norm(np.diff(velocity, axis=0), axis=1)
@@ -114,7 +114,7 @@ def test_own_states_are_carried_exactly_in_the_middle_of_a_movement() -> None:
     flown.then(MovementBuffer.of(AUTOMATON.chain(names), 2.0), 0)
     ways, state, begins_s = [], np.array([5.0, 1.0, 10.0, 0.0, 0.0, 0.4]), 2.0
     for movement in AUTOMATON.chain(names):
-        assert AUTOMATON.allowed(state, movement)
+        assert AUTOMATON.is_allowed(state, movement)
         ways.append((begins_s, state, movement))
         state, begins_s = AUTOMATON.predict(state, movement), begins_s + movement.duration_s
 
@@ -177,7 +177,7 @@ def test_a_vehicle_that_lags_gets_a_wider_margin_and_touches_nothing() -> None:
     for flight in (exact, lagging):
         for _ in flight.fly(60.0):
             pass
-        assert flight.system.progress.done(flight.system.mission)
+        assert flight.system.progress.is_done(flight.system.mission)
         assert MASTS.distance_m(np.array(flight.track)).min() > 0.3
     assert max(exact.margins_m) == pytest.approx(0.6)
     assert max(lagging.margins_m) > 0.7

@@ -110,7 +110,7 @@ def test_who_begins_tilted_and_always_asks_a_moment_late_comes_to_the_goal() -> 
     rng = np.random.default_rng(5)
     state, now_s = State(np.zeros(3), np.radians([0.0, -14.8, 0.0])), 0.0
     flights = []
-    while not system.progress.done(system.mission) and len(flights) < 90:
+    while not system.progress.is_done(system.mission) and len(flights) < 90:
         system.update(state)
         system.update(simulate_scan(LIDAR, NOTHING, state, rng))
         flights.append(system.decide(now_s))
@@ -118,5 +118,5 @@ def test_who_begins_tilted_and_always_asks_a_moment_late_comes_to_the_goal() -> 
         flown = system.state_at(now_s)
         assert flown is not None
         state = State(flown.position_m, flown.attitude_rad, time_s=now_s)
-    assert system.progress.done(system.mission)
+    assert system.progress.is_done(system.mission)
     assert sum(f.mode is Mode.ESCAPE for f in flights) <= 0.2 * len(flights)

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
 from clearway.base.state import State
-from clearway.live.mission import Mission, Progress, advanced, detoured, news_in_m, stuck
+from clearway.live.mission import (
+    Mission,
+    Progress,
+    advance_progress,
+    begin_detour,
+    is_without_progress,
+    news_in_m,
+)
 
 START = State(np.zeros(3))
 MISSION = Mission(
@@ -18,12 +25,12 @@ MISSION = Mission(
 
 
 def test_waypoints_are_reached_in_order():
-    progress = advanced(MISSION, Progress(), np.array([10.0, 10.0, 0.0]), 1.0)
+    progress = advance_progress(MISSION, Progress(), np.array([10.0, 10.0, 0.0]), 1.0)
     assert progress.goal == 0, "the second waypoint does not count before the first"
-    progress = advanced(MISSION, progress, np.array([9.2, 0.0, 0.0]), 2.0)
+    progress = advance_progress(MISSION, progress, np.array([9.2, 0.0, 0.0]), 2.0)
     assert (progress.goal, progress.reached_s) == (1, (2.0,))
-    progress = advanced(MISSION, progress, np.array([10.0, 9.0, 0.0]), 3.0)
-    assert progress.done(MISSION)
+    progress = advance_progress(MISSION, progress, np.array([10.0, 9.0, 0.0]), 3.0)
+    assert progress.is_done(MISSION)
     assert progress.waypoints_reached(MISSION) == 2
 
 
@@ -45,16 +52,16 @@ def test_no_news_before_it_is_said_to_come(steps, pass_within_m, level):
     for now, step in enumerate(np.array(steps)):
         place = place + step
         ahead_m -= float(np.linalg.norm(step))
-        always = advanced(mission, always, place, float(now), stays_level=level)
+        always = advance_progress(mission, always, place, float(now), stays_level=level)
         if ahead_m <= 1e-9:
-            seldom = advanced(mission, seldom, place, float(now), stays_level=level)
+            seldom = advance_progress(mission, seldom, place, float(now), stays_level=level)
             ahead_m = news_in_m(mission, seldom, place, stays_level=level)
         assert vars(seldom) == vars(always)
 
 
 def test_coming_nearer_changes_nothing_else():
     before = Progress(goal=1, reached_s=(2.0,), detours=3, stuck_m=9.0, in_vain_s=4.0, tried=2)
-    nearer = advanced(MISSION, before, np.array([10.0, 4.0, 0.0]), 7.0)
+    nearer = advance_progress(MISSION, before, np.array([10.0, 4.0, 0.0]), 7.0)
     expected = replace(before, nearest_m=6.0, nearest_s=7.0, in_vain_s=0.0)
     assert type(nearer) is Progress
     assert vars(nearer) == vars(expected)
@@ -64,7 +71,7 @@ def test_a_start_on_the_first_waypoint_reaches_it_at_once():
     mission = Mission(
         "test", START, waypoints_m=np.array([[0.0, 0, 0], [5.0, 0, 0]]), reach_radius_m=1.0
     )
-    assert advanced(mission, Progress(), np.zeros(3), 0.0).goal == 1
+    assert advance_progress(mission, Progress(), np.zeros(3), 0.0).goal == 1
 
 
 def test_landing_points_follow_the_waypoints():
@@ -75,9 +82,9 @@ def test_landing_points_follow_the_waypoints():
         reach_radius_m=1.0,
         landing_m=np.array([[5.0, 0, -3.0]]),
     )
-    progress = advanced(mission, Progress(), np.array([5.0, 0, 0]), 5.0)
+    progress = advance_progress(mission, Progress(), np.array([5.0, 0, 0]), 5.0)
     assert progress.landing(mission)
-    assert not progress.done(mission)
+    assert not progress.is_done(mission)
     np.testing.assert_array_equal(progress.target(mission), [5.0, 0, -3.0])
     assert progress.following(mission) is None
 
@@ -90,10 +97,10 @@ def test_a_landing_ends_where_it_comes_no_nearer(aside_m, step_m, phase):
     progress = replace(Progress(), goal=len(mission.waypoints_m))
     for now in range(2000):
         place = point + np.array([(now + phase) * step_m - 4.0, aside_m, 0.0])
-        progress = advanced(mission, progress, place, float(now))
-        if progress.done(mission):
+        progress = advance_progress(mission, progress, place, float(now))
+        if progress.is_done(mission):
             break
-    assert progress.done(mission)
+    assert progress.is_done(mission)
     assert 0.0 <= place[0] - point[0] <= 2.0 * step_m
 
 
@@ -106,26 +113,28 @@ def test_a_landing_whose_radius_is_left_at_once_ends(aside: float, step_m: float
     for now in range(1000):
         ahead_m = (now + phase) * step_m - 10.0
         place = point + np.array([ahead_m, aside * mission.reach_radius_m, 0.0])
-        progress = advanced(mission, progress, place, float(now))
+        progress = advance_progress(mission, progress, place, float(now))
         entered |= bool(np.linalg.norm(place - point) <= mission.reach_radius_m)
-    assert progress.done(mission) == entered
+    assert progress.is_done(mission) == entered
 
 
 def test_no_progress_is_noticed_and_patience_grows():
-    progress = advanced(MISSION, Progress(), np.zeros(3), 0.0)
-    assert not stuck(progress, 20.0, 20.0)
-    assert stuck(progress, 20.1, 20.0)
-    progress = detoured(MISSION, progress, START, 21.0, 4.0, lambda *_: (np.array([0, 9.0, 0]),))
+    progress = advance_progress(MISSION, Progress(), np.zeros(3), 0.0)
+    assert not is_without_progress(progress, 20.0, 20.0)
+    assert is_without_progress(progress, 20.1, 20.0)
+    progress = begin_detour(
+        MISSION, progress, START, 21.0, 4.0, lambda *_: (np.array([0, 9.0, 0]),)
+    )
     np.testing.assert_array_equal(progress.target(MISSION), [0, 9.0, 0])
     np.testing.assert_array_equal(progress.following(MISSION), [10.0, 0, 0])
-    assert not stuck(progress, 60.0, 20.0)
-    assert stuck(progress, 61.1, 20.0)
-    reached = advanced(MISSION, progress, np.array([0, 8.0, 0]), 30.0)
+    assert not is_without_progress(progress, 60.0, 20.0)
+    assert is_without_progress(progress, 61.1, 20.0)
+    reached = advance_progress(MISSION, progress, np.array([0, 8.0, 0]), 30.0)
     np.testing.assert_array_equal(reached.target(MISSION), [10.0, 0, 0])
 
 
 def test_without_a_known_way_it_flies_away_first():
-    progress = detoured(MISSION, Progress(), START, 0.0, 4.0, lambda *_: ())
+    progress = begin_detour(MISSION, Progress(), START, 0.0, 4.0, lambda *_: ())
     assert np.linalg.norm(progress.target(MISSION)) == pytest.approx(12.0)
 
 

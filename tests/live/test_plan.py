@@ -173,9 +173,9 @@ def test_a_pilot_with_nothing_to_fly_is_an_error_that_says_so():
 def test_a_buffer_is_held_without_gap_from_its_beginning_to_its_end(names, share):
     buffer = MovementBuffer.of(AUTOMATON.chain(names), 2.0)
     time_s = 2.0 + share * len(names)
-    held = buffer.held_from(time_s)
+    held = buffer.find_held(time_s)
     assert held is not None
     assert held == (buffer.at(time_s) if share and time_s % 1.0 else held)
-    assert buffer.held_from(1.99) is None
-    assert buffer.held_from(buffer.end_s + 0.01) is None
-    assert MovementBuffer().held_from(0.0) is None
+    assert buffer.find_held(1.99) is None
+    assert buffer.find_held(buffer.end_s + 0.01) is None
+    assert MovementBuffer().find_held(0.0) is None

@@ -18,7 +18,7 @@ from clearway.live.routing.field.clearance_speed import speeds_of
 from clearway.live.routing.field.known_space import PROVES_EVERY
 from clearway.live.routing.field.marching import BUCKET, begin_march, let_time_pass
 from clearway.live.routing.route_planner import RoutePlanner, RouteSettings, route_cells_for
-from clearway.live.routing.timed_route import known_besides
+from clearway.live.routing.timed_route import find_known_clearance
 from clearway.obstacles.obstacle import Obstacle
 from clearway.reach.store import ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
@@ -259,7 +259,7 @@ def ruled(*rules: Rule, waypoint_m: tuple[float, float, float] = (20.0, 0.0, 1.0
     start = State(np.array([0.0, 0.0, 1.0]))
     mission = Mission("there", start, waypoints_m=np.array([waypoint_m]))
     settings = RouteSettings(STEADY, MARGIN_M, 1.0, 30.0, 10.0, 1.2)
-    besides = known_besides(Planner.of(LIBRARY, rules=rules), mission, None)
+    besides = find_known_clearance(Planner.of(LIBRARY, rules=rules), mission, None)
     return RoutePlanner(settings, route_cells_for(WIDTH_M, 100.0, 1.0, 1.0, 1.0), besides)
 
 
@@ -289,7 +289,7 @@ def test_another_route_is_kept_near_from_then_on() -> None:
     assert not field_round(np.zeros((0, 3)), aside, of)[1]
     start = State(np.array([0.0, 0.0, 1.0]))
     other = Mission("aside", start, waypoints_m=aside[None])
-    of.begin_anew(known_besides(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
+    of.begin_anew(find_known_clearance(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
     assert field_round(np.zeros((0, 3)), aside, of)[1]
 
 

@@ -58,7 +58,7 @@ def price_at(routes: SeenPlanner, place_m: list[float]) -> float:
 @pytest.mark.parametrize("turning_m", [0.0, RADIUS_M])
 def test_a_way_through_the_open_is_straight_and_ends_at_the_goal(turning_m: float) -> None:
     goal = np.array([20.0, 8.0, 0.0])
-    route = look(planner(turning_m), np.zeros((0, 3)), seen=True).seen_route(START, goal)
+    route = look(planner(turning_m), np.zeros((0, 3)), seen=True).find_seen_route(START, goal)
     assert route.reaches
     np.testing.assert_allclose(route.corners_m[-1], goal)
     assert route.length_m == pytest.approx(np.linalg.norm(goal), rel=0.02)
@@ -71,7 +71,7 @@ def test_a_way_leads_through_the_one_door_of_a_wall(turning_m: float, door_m: fl
     returns = np.concatenate(
         [wall((12.0, -60.0), (12.0, door_m - 3.0)), wall((12.0, door_m + 3.0), (12.0, 60.0))]
     )
-    route = look(planner(turning_m), returns, seen=True).seen_route(START, GOAL)
+    route = look(planner(turning_m), returns, seen=True).find_seen_route(START, GOAL)
     assert abs(crossed_m(route, 12.0) - door_m) < 3.0 - MARGIN_M
 
 
@@ -84,7 +84,7 @@ def test_no_way_over_cells_is_much_shorter_than_the_one_that_is_found(seed: int)
     columns = rng.uniform([3.0, -18.0], [27.0, 18.0], (40, 2))
     returns = np.column_stack([columns, np.zeros(len(columns))])
     routes = planner(0.0, heights_m=(0.0, 0.0))
-    route = look(routes, returns, seen=True).seen_route(START, GOAL)
+    route = look(routes, returns, seen=True).find_seen_route(START, GOAL)
     assert route.reaches
     least = _least_m(routes)
     assert route.length_m <= 1.03 * least + 1.0
@@ -125,7 +125,7 @@ def test_that_no_way_leads_out_of_what_is_closed_is_known_for_sure(
     sides = [wall(*ends) for ends in pairwise(corners)]
     if not closed:
         sides[2] = wall((-12.0, 12.0), (-12.0, -6.0))
-    route = look(planner(turning_m), np.concatenate(sides)).seen_route(START, GOAL)
+    route = look(planner(turning_m), np.concatenate(sides)).find_seen_route(START, GOAL)
     assert route.reaches == (not closed)
     if closed:
         assert not len(route.corners_m)
@@ -142,7 +142,7 @@ def test_a_way_leads_through_a_maze() -> None:
     around = [wall((-6.0, y), (24.0, y)) for y in (-20.0, 20.0)]
     around.append(wall((-6.0, -20.0), (-6.0, 20.0)))
     routes = look(planner(0.0), np.concatenate([*rows, *around]), seen=True)
-    route = routes.seen_route(START, GOAL)
+    route = routes.find_seen_route(START, GOAL)
     assert route.reaches
     assert [crossed_m(route, x) > 0.0 for x in (6.0, 12.0, 18.0)] == [False, True, False]
 
@@ -160,7 +160,7 @@ def test_a_gap_too_far_off_to_be_seen_in_coarse_cells_is_not_said_to_be_none() -
         ]
     )
     goal = np.array([60.0, 0.0, 0.0])
-    assert look(planner(0.0), returns, seen=True).seen_route(START, goal).reaches
+    assert look(planner(0.0), returns, seen=True).find_seen_route(START, goal).reaches
 
 
 @pytest.mark.parametrize("turning_m", [0.0, RADIUS_M])
@@ -171,7 +171,7 @@ def test_no_way_leads_through_a_wall_that_the_vehicle_is_close_to(
     routes = planner(turning_m)
     place = np.array([x_m, 0.3, 0.0])
     look(routes, wall((11.5, -20.0), (11.5, 20.0)), place)
-    way = places_along(routes.seen_route(place, GOAL), place)
+    way = places_along(routes.find_seen_route(place, GOAL), place)
     beyond = way[way[:, 0] > 11.5]
     assert (np.abs(beyond[0, 1]) > 19.0) == (x_m < 11.5)
 
@@ -180,7 +180,7 @@ def test_no_way_leads_through_a_wall_that_the_vehicle_is_close_to(
 def test_a_way_to_a_goal_in_what_stands_ends_beside_it(turning_m: float) -> None:
     goal = np.array([20.0, 0.0, 0.0])
     returns = np.concatenate([wall((20.0 + d, -0.5), (20.0 + d, 0.5)) for d in (-0.5, 0.0, 0.5)])
-    route = look(planner(turning_m), returns, seen=True).seen_route(START, goal)
+    route = look(planner(turning_m), returns, seen=True).find_seen_route(START, goal)
     assert route.reaches
     assert route.length_m == pytest.approx(20.0, abs=1.0)
 
@@ -188,13 +188,13 @@ def test_a_way_to_a_goal_in_what_stands_ends_beside_it(turning_m: float) -> None
 def test_a_way_to_a_goal_close_behind_a_wall_leads_round_it() -> None:
     goal = np.array([12.7, 0.0, 0.0])
     routes = look(planner(0.0), wall((12.0, -15.0), (12.0, 15.0)), seen=True)
-    assert abs(crossed_m(routes.seen_route(START, goal), 12.0)) > 15.0
+    assert abs(crossed_m(routes.find_seen_route(START, goal), 12.0)) > 15.0
 
 
 def test_a_goal_beyond_the_near_cells_is_flown_to_by_the_side_that_costs_least() -> None:
     returns = wall((12.0, -12.0), (12.0, 40.0))
     routes = look(planner(), returns, seen=True)
-    route = routes.seen_route(START, np.array([65.0, 0.0, 0.0]))
+    route = routes.find_seen_route(START, np.array([65.0, 0.0, 0.0]))
     assert route.reaches
     assert crossed_m(route, 12.0) < -12.0
 
@@ -209,10 +209,10 @@ def test_another_way_is_taken_only_where_it_is_clearly_better() -> None:
     left, right = np.array([12.0, 6.5, 0.0]), np.array([12.0, -7.0, 0.0])
     goal = np.array([24.0, 0.0, 0.0])
     open_both = two_doors(9.0)
-    assert crossed_m(open_both.seen_route(START, goal), 12.0) > 0.0
-    assert crossed_m(open_both.seen_route(START, goal, (right, goal)), 12.0) < 0.0
-    assert crossed_m(open_both.seen_route(START, goal, (left, goal)), 12.0) > 0.0
-    assert crossed_m(two_doors(5.0).seen_route(START, goal, (right, goal)), 12.0) > 0.0
+    assert crossed_m(open_both.find_seen_route(START, goal), 12.0) > 0.0
+    assert crossed_m(open_both.find_seen_route(START, goal, (right, goal)), 12.0) < 0.0
+    assert crossed_m(open_both.find_seen_route(START, goal, (left, goal)), 12.0) > 0.0
+    assert crossed_m(two_doors(5.0).find_seen_route(START, goal, (right, goal)), 12.0) > 0.0
 
 
 @pytest.mark.parametrize("quarter", range(4))
@@ -223,7 +223,7 @@ def test_of_two_alike_the_same_is_taken_whichever_way_the_world_is_turned(quarte
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     goal = np.array([24.0, 0.0, 0.0])
     routes = look(planner(0.0), wall((12.0, -10.0), (12.0, 10.0)) @ turn.T, seen=True)
-    corners = routes.seen_route(START, turn @ goal).corners_m @ turn
+    corners = routes.find_seen_route(START, turn @ goal).corners_m @ turn
     assert corners[0, 1] < -9.0, "not past the right"
 
 
@@ -256,7 +256,7 @@ def test_a_cell_has_room_where_one_about_it_is_far_enough_from_what_stands(
 
 def test_who_passes_a_lone_trunk_beside_open_space_keeps_off_it_no_farther_than_it_must() -> None:
     """The price of no room to turn is for where there is none, not for what stands alone."""
-    route = look(planner(), wall((12.0, 0.0), (12.0, 0.5)), seen=True).seen_route(START, GOAL)
+    route = look(planner(), wall((12.0, 0.0), (12.0, 0.5)), seen=True).find_seen_route(START, GOAL)
     assert MARGIN_M < abs(crossed_m(route, 12.0)) < 3.5
     assert route.in_vain_m == 0.0
 
@@ -268,7 +268,7 @@ def test_no_way_leads_through_a_wall_at_a_height_nobody_saw_while_a_door_is_open
     sides = [*pairwise(corners), *pairwise(corners_below)]
     returns = np.concatenate([wall(start, end) for start, end in sides])
     routes = look(planner(), returns[np.abs(returns[:, 2]) <= 3.0])
-    assert abs(crossed_m(routes.seen_route(START, GOAL), 12.0)) > 12.0
+    assert abs(crossed_m(routes.find_seen_route(START, GOAL), 12.0)) > 12.0
 
 
 # What is kept ------------------------------------------------------------------------------
@@ -277,7 +277,7 @@ def test_no_way_leads_through_a_wall_at_a_height_nobody_saw_while_a_door_is_open
 def test_walls_stay_where_they_stand_when_nothing_else_remembers_them() -> None:
     ahead = wall((8.0, -12.0), (8.0, 12.0))
     routes = look(planner(), ahead, reach_m=REACH_M)
-    assert abs(crossed_m(routes.seen_route(START, GOAL), 8.0)) > 11.0
+    assert abs(crossed_m(routes.find_seen_route(START, GOAL), 8.0)) > 11.0
     away = np.array([-30.0, 0.0, 0.0])
     for x in np.arange(0.0, -30.0, -5.0):
         place = np.array([x, 0.0, 0.0])
@@ -285,7 +285,7 @@ def test_walls_stay_where_they_stand_when_nothing_else_remembers_them() -> None:
     for _ in range(PROVES_EVERY):
         look(routes, np.zeros((0, 3)), away, REACH_M)
     assert price_at(routes, [8.0, 0.0, 0.0]) == np.inf
-    assert abs(crossed_m(routes.seen_route(away, GOAL), 8.0, away)) > 11.0
+    assert abs(crossed_m(routes.find_seen_route(away, GOAL), 8.0, away)) > 11.0
 
 
 def test_what_stands_at_the_end_of_a_long_street_is_known_at_its_mouth() -> None:
@@ -316,7 +316,7 @@ def test_what_is_no_longer_seen_in_reach_bars_no_way() -> None:
 @pytest.mark.parametrize("turning_m", [0.0, RADIUS_M])
 def test_a_map_bars_ways_before_anything_is_seen(turning_m: float) -> None:
     world = ObstacleMap([Obstacle.cuboid((8.0, 0.0, 0.0), (1.0, 24.0, 200.0))])
-    route = look(planner(turning_m, world), np.zeros((0, 3))).seen_route(START, GOAL)
+    route = look(planner(turning_m, world), np.zeros((0, 3))).find_seen_route(START, GOAL)
     assert abs(crossed_m(route, 8.0)) > 11.0
 
 
@@ -332,19 +332,19 @@ def test_a_door_that_is_never_come_nearer_to_gives_way_to_another() -> None:
         ]
     )
     routes = look(planner(), two_doors, seen=True)
-    route = routes.seen_route(START, GOAL)
+    route = routes.find_seen_route(START, GOAL)
     assert 2.0 < crossed_m(route, 12.0) < 10.0
     for _ in range(40):
         routes.aim(route.begins_m)
         assert not routes.came_nearer(START, 6.0)
-        route = routes.seen_route(START, GOAL, (*route.corners_m, GOAL))
+        route = routes.find_seen_route(START, GOAL, (*route.corners_m, GOAL))
         if crossed_m(route, 12.0) < 0.0:
             break
     assert -18.0 < crossed_m(route, 12.0) < -10.0
     assert routes.cells.in_vain.max() > 0.0
     routes.try_all_again()
     assert routes.cells.in_vain.max() == 0.0
-    assert crossed_m(routes.seen_route(START, GOAL), 12.0) > 0.0
+    assert crossed_m(routes.find_seen_route(START, GOAL), 12.0) > 0.0
 
 
 @pytest.mark.parametrize(("top_m", "above"), [(17.0, True), (4.0, False)])
@@ -365,7 +365,7 @@ def test_a_gap_that_came_to_nothing_is_no_other_at_another_height(
 
 def test_flying_along_a_way_costs_nothing() -> None:
     routes = look(planner(), wall((12.0, -12.0), (12.0, 12.0)))
-    route = routes.seen_route(START, GOAL)
+    route = routes.find_seen_route(START, GOAL)
     routes.aim(route.begins_m)
     on = route.begins_m[min(2, len(route.begins_m) - 1)]
     assert routes.came_nearer(on, float(np.linalg.norm(on)))
@@ -387,7 +387,7 @@ def test_a_way_out_of_a_room_is_found_by_looking(turning_m: float) -> None:
     for _ in range(60):
         known = np.unique(np.concatenate([known, within(room, place, 10.0)]), axis=0)
         look(routes, within(known, place), place, REACH_M)
-        route = routes.seen_route(place, GOAL, way)
+        route = routes.find_seen_route(place, GOAL, way)
         assert route.reaches
         way = (*route.corners_m, GOAL)
         along = places_along(route, place)

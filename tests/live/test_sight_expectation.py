@@ -22,7 +22,7 @@ WIDE = {
 
 def changed(file: MissionFile = PLANE, **tables: dict[str, object]) -> FlightSetup:
     for table, values in tables.items():
-        file = file.changed(table, **values)
+        file = file.with_values(table, **values)
     return prepare(file)
 
 

@@ -35,10 +35,10 @@ def lidar(place_m: tuple[float, float, float], down_rad: float = 0.0) -> Lidar:
 
 
 def test_of_a_small_body_a_movement_is_enough(stops: Planner) -> None:
-    small = stops.changed(body_radius_m=0.1)
+    small = stops.with_values(body_radius_m=0.1)
     plan = escape_plan(small, [lidar((0.0, 0.0, 0.0))])
     assert (plan.within, plan.start_free_m) == (0, None)
-    assert plan.flown_by(small) is small
+    assert plan.adapt_planner(small) is small
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_from_elsewhere_more_counts_as_free_and_that_is_said(
 
 
 def test_who_asks_for_less_is_told_what_would_do(stops: Planner) -> None:
-    less = stops.changed(start_free_m=1.0)
+    less = stops.with_values(start_free_m=1.0)
     plan = escape_plan(less, [lidar((0.2, 0.0, 0.1))])
     assert plan.start_free_m is None
     assert "it may stay where it starts, start_free_m = 1." in plan.why

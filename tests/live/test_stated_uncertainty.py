@@ -117,8 +117,8 @@ def test_a_margin_that_grows_in_free_space_is_no_reason_to_decide():
 def test_before_take_off_it_is_said_what_they_cost_who_cannot_stop(
     kind: str, sigmas: dict[str, float], told: str
 ) -> None:
-    file = read_mission_file("static-obstacles").changed("vehicle", kind=kind)
-    setup = prepare(file.changed("simulation", **sigmas))
+    file = read_mission_file("static-obstacles").with_values("vehicle", kind=kind)
+    setup = prepare(file.with_values("simulation", **sigmas))
     assert setup.escape.flown == "strict"
     assert told in setup.escape.why
     assert ("state estimates" in setup.escape.why) is bool(told)

@@ -14,7 +14,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Progress
-from clearway.live.recovery.dead_end import GIVEN_UP, STAYS, TRIES, _closed_or_not
+from clearway.live.recovery.dead_end import GIVEN_UP, STAYS, TRIES, _note_whether_closed
 from clearway.live.routing.seen_planner import SeenRoute
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim import SimulationSettings, simulate
@@ -33,7 +33,7 @@ def closed_for(found: SeenRoute, turns: float) -> list[tuple[bool, float]]:
     """Whether it is closed and for how many turns in a row, one after the other."""
     progress, spans = Progress(closed_s=0.0), list[list[float]]()
     for n in range(int(turns * TURN_S / STEP_S)):
-        progress = _closed_or_not(progress, found, n * STEP_S, TURN_S, TURN_M)
+        progress = _note_whether_closed(progress, found, n * STEP_S, TURN_S, TURN_M)
         if not spans or bool(spans[-1][0]) is not progress.closed:
             spans.append([progress.closed, 0.0])
         spans[-1][1] += STEP_S / TURN_S
@@ -54,10 +54,10 @@ def test_where_nothing_leads_on_at_all_nothing_is_tried() -> None:
 
 def test_a_way_that_was_never_tried_is_taken_at_once() -> None:
     held = Progress(closed=True, closed_s=0.0, tried=2)
-    assert not _closed_or_not(held, route(0.0), STEP_S, TURN_S, TURN_M).closed
-    assert _closed_or_not(held, route(1.0), STEP_S, TURN_S, TURN_M) == held
+    assert not _note_whether_closed(held, route(0.0), STEP_S, TURN_S, TURN_M).closed
+    assert _note_whether_closed(held, route(1.0), STEP_S, TURN_S, TURN_M) == held
     fresh = replace(held, closed=False, tried=0)
-    assert not _closed_or_not(fresh, route(GIVEN_UP - 0.1), STEP_S, TURN_S, TURN_M).closed
+    assert not _note_whether_closed(fresh, route(GIVEN_UP - 0.1), STEP_S, TURN_S, TURN_M).closed
 
 
 def test_the_way_out_in_hand_is_flown_on_and_on_while_it_keeps_the_margin() -> None:

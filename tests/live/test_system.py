@@ -23,7 +23,7 @@ BALL = ObstacleMap([Obstacle.ball([8.0, 0.0, 0.0], 1.5)])
 
 
 def system(**settings):
-    planner = PLANNER.changed(**settings) if settings else PLANNER
+    planner = PLANNER.with_values(**settings) if settings else PLANNER
     return AvoidanceSystem(planner, MISSION, lidars=(LIDAR,))
 
 
@@ -214,7 +214,7 @@ def test_at_the_end_of_a_movement_any_news_counts():
 
 
 def test_without_verification_all_news_counts():
-    careless = PLANNER.changed(verify=False)
+    careless = PLANNER.with_values(verify=False)
     live = AvoidanceSystem(careless, MISSION, lidars=(LIDAR,))
     live.update(state(0.0))
     live.decide(0.0)
@@ -236,7 +236,7 @@ def test_what_a_plan_was_decided_on_does_not_endanger_it(seed):
             if part:
                 live.update(live.state_at(second + part))
             live.catch_up(second + part)
-            assert live._watch.endangered_at(live._plan, second + part) is None
+            assert live._watch.find_danger_at(live._plan, second + part) is None
         at = live.state_at(second + 1.0)
 
 

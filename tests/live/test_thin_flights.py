@@ -53,7 +53,7 @@ def test_wires_of_a_mission(data_dir: Path) -> None:
     if not path.is_file():
         pytest.skip("needs data: no mission of thin wires")
     file = read_mission(str(path))
-    declared = file.changed("safety", smallest_object_m=THINNEST_M["wires"])
+    declared = file.with_values("safety", smallest_object_m=THINNEST_M["wires"])
     with pytest.raises(FlightRefusedError, match="mm apart"):
         prepare(declared).refuse_impossible()
     setup = prepare(file)

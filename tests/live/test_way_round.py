@@ -12,7 +12,7 @@ from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.avoidance.rules.airspace import keep_out
 from clearway.base.arrays import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.live.routing.timed_route import seen_planner_for
+from clearway.live.routing.timed_route import make_seen_planner
 from clearway.obstacles.obstacle import Obstacle
 from clearway.reach import ReachLibrary
 from clearway.sim import simulate
@@ -40,9 +40,9 @@ def crossed_m(middle_m: float, asks: str, range_m: float, narrow: str) -> float:
     """Where the way of a plane leads through the wall's plane."""
     changed = AvoidanceSettings(safety_margin_m=MARGIN_M, escape=asks, narrow=narrow)
     library = LIBRARY if range_m == 10.0 else FAR_LIBRARY
-    routes = seen_planner_for(Planner.of(library, changed), mission(tuple(GOAL)), None)
+    routes = make_seen_planner(Planner.of(library, changed), mission(tuple(GOAL)), None)
     look(routes, wall_with_gap(middle_m), seen=True)
-    corners = np.concatenate([START[None], routes.seen_route(START, GOAL).corners_m])
+    corners = np.concatenate([START[None], routes.find_seen_route(START, GOAL).corners_m])
     return float(np.interp(10.0, corners[:, 0], corners[:, 1]))
 
 
@@ -84,7 +84,7 @@ def test_no_way_leads_above_a_ceiling(highest_m: float) -> None:
     returns = wall_with_gap(100.0)
     low_wall = returns[(returns[:, 2] < 4.0) & (np.abs(returns[:, 1]) < 30.0)]
     routes = look(planner(0.0, heights_m=(-9.0, highest_m)), low_wall, seen=True)
-    corners = routes.seen_route(START, GOAL).corners_m
+    corners = routes.find_seen_route(START, GOAL).corners_m
     assert np.max(corners[:, 2]) <= highest_m
     assert (np.max(np.abs(corners[:, 1])) > 20.0) == (highest_m < 9.0)
 
@@ -93,7 +93,7 @@ def test_no_way_leads_through_what_rules_forbid() -> None:
     """A keep-out volume across the straight way, which nobody sees."""
     box = keep_out([Obstacle.cuboid((10.0, 0.0, 0.0), (4.0, 12.0, 200.0))])
     planned = Planner.of(LIBRARY, AvoidanceSettings(safety_margin_m=MARGIN_M), rules=(box,))
-    routes = seen_planner_for(planned, mission(tuple(GOAL)), None)
+    routes = make_seen_planner(planned, mission(tuple(GOAL)), None)
     look(routes, np.zeros((0, 3)), seen=True)
-    corners = np.concatenate([START[None], routes.seen_route(START, GOAL).corners_m])
+    corners = np.concatenate([START[None], routes.find_seen_route(START, GOAL).corners_m])
     assert abs(np.interp(10.0, corners[:, 0], corners[:, 1])) > 6.0

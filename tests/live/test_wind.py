@@ -20,7 +20,7 @@ from clearway.base.state import State
 from clearway.live import AvoidanceSystem
 from clearway.live.inputs.wind import LEAST_OF_SPEED, SURE, WindEstimate, line_through
 from clearway.live.mission import Mission
-from clearway.reach.drifted import drifted
+from clearway.reach.drifted import drift_reach_set
 from clearway.reach.store import ReachLibrary
 from clearway.sensors import BeamPattern, Lidar
 from clearway.sim import SimulationSettings, simulate
@@ -93,8 +93,8 @@ def test_what_was_told_before_take_off_counts_until_own_states_say_more():
 
 @given(wind=WINDS)
 def test_places_of_a_carried_reach_set_move_on_with_their_time(planner, wind):
-    at_rest = planner.prepared(0.0).reach_set
-    carried = drifted(at_rest, wind)
+    at_rest = planner.prepare(0.0).reach_set
+    carried = drift_reach_set(at_rest, wind)
     np.testing.assert_allclose(
         carried.states[:, :3], at_rest.states[:, :3] + wind * at_rest.end_time_s[:, None]
     )
@@ -105,8 +105,8 @@ def test_places_of_a_carried_reach_set_move_on_with_their_time(planner, wind):
 
 
 def test_without_wind_the_cells_looked_up_anew_are_those_of_the_set(planner):
-    at_rest = planner.prepared(0.0).reach_set
-    carried = drifted(at_rest, np.zeros(3))
+    at_rest = planner.prepare(0.0).reach_set
+    carried = drift_reach_set(at_rest, np.zeros(3))
     kept = 0
     for n in range(at_rest.nodes):
         was = set(at_rest.cell_index[at_rest.cell_start[n] : at_rest.cell_start[n + 1]].tolist())
@@ -122,7 +122,7 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
     assert windy.wind_mps is situation.wind_mps
     first = windy.prepared.reach_set.path(windy.choice.node)[0]
     end = windy.prepared.reach_set.states[first]
-    calm = planner.prepared(0.0).reach_set
+    calm = planner.prepare(0.0).reach_set
     same = np.flatnonzero((calm.parent < 0) & (calm.movement == calm.movement[first]))[0]
     np.testing.assert_allclose(end[:3], calm.states[same, :3] + wind)
 
@@ -138,7 +138,7 @@ def test_a_plan_is_carried_by_the_wind_that_it_was_decided_with(planner):
 def test_in_half_the_airspeed_of_wind_the_margin_is_kept(planner, wind, escape):
     """Against the wind a way out takes so much room that strict flight keeps the margin, but does
     not get past two balls in time."""
-    planner = planner.changed(escape=escape)
+    planner = planner.with_values(escape=escape)
     balls = BallWorld.of(((9.0, 0.4, 0.0), 1.5), ((18.0, -1.0, 0.5), 1.5))
     mission = Mission("windy", State(np.zeros(3)), waypoints_m=np.array([[26.0, 0.0, 0.0]]))
     lidar = Lidar("lidar", BeamPattern.per_cell(planner.grid, max_range_m=10.0))

@@ -21,7 +21,7 @@ STREET = SCENES / "street.pcd"
 
 @pytest.fixture(scope="module")
 def run() -> cw.Run:
-    return cw.fly(cw.read_mission("static-obstacles").changed("simulation", time_limit_s=12.0))
+    return cw.fly(cw.read_mission("static-obstacles").with_values("simulation", time_limit_s=12.0))
 
 
 # --- scans ------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def test_a_run_is_a_summary_and_a_row(run: cw.Run) -> None:
 
 
 def test_runs_of_rivals_say_who_flew() -> None:
-    file = cw.read_mission("static-obstacles").changed("simulation", time_limit_s=3.0)
+    file = cw.read_mission("static-obstacles").with_values("simulation", time_limit_s=3.0)
     rival = cw.fly(file, "straight")
     assert rival.summary()["planner"] == "straight"
     assert isinstance(cw.draw_flight(rival), Figure)
@@ -160,7 +160,7 @@ def test_a_flight_is_drawn_whole_and_up_to_a_moment(run: cw.Run) -> None:
 def test_notices_are_told() -> None:
     told: list[str] = []
     cw.fly(
-        cw.read_mission("static-obstacles").changed("simulation", time_limit_s=1.0),
+        cw.read_mission("static-obstacles").with_values("simulation", time_limit_s=1.0),
         notice=told.append,
     )
     cw.assess(STREET, notice=told.append)
@@ -186,16 +186,16 @@ def test_notices_are_told() -> None:
 )
 def test_a_changed_mission_is_checked_like_a_file(section: str, values, told: str) -> None:
     with pytest.raises(cw.ClearwayError, match=told):
-        cw.read_mission("static-obstacles").changed(section, **values)
+        cw.read_mission("static-obstacles").with_values(section, **values)
 
 
 def test_a_changed_mission_has_changed_and_nothing_else() -> None:
     before = cw.read_mission("static-obstacles")
-    after = before.changed("simulation", seed=np.int64(3), wind_mps=np.array([0.0, 1.0, 0.0]))
+    after = before.with_values("simulation", seed=np.int64(3), wind_mps=np.array([0.0, 1.0, 0.0]))
     assert (after.simulation.seed, after.simulation.wind_mps) == (3, (0.0, 1.0, 0.0))
     assert before.simulation.seed == 0
     tables, others = before.effective(), after.effective()
     tables.pop("simulation"), others.pop("simulation")
     assert tables == others
-    assert {one.dropout for one in before.changed("lidar", dropout=0.2).lidar} == {0.2}
-    assert before.changed("traffic", tracker=True).traffic.tracker is True
+    assert {one.dropout for one in before.with_values("lidar", dropout=0.2).lidar} == {0.2}
+    assert before.with_values("traffic", tracker=True).traffic.tracker is True

@@ -49,7 +49,7 @@ def test_the_keys_make_the_automaton():
 )
 def test_wrong_keys_are_named(values, said):
     with pytest.raises(InputError, match=said):
-        cw.read_mission("static-obstacles").changed("vehicle", **values)
+        cw.read_mission("static-obstacles").with_values("vehicle", **values)
 
 
 def test_it_flies_round_a_wall_as_predicted(tmp_path):

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from clearway.base.errors import InputError
 from clearway.io.samples.plans import write_plan_sample
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, built_in_missions
+from clearway.missions.mission_file import MissionFile, list_built_in_missions
 from clearway.missions.scene_reading import scene_of
 from in_process import clearway
 from repository import REPOSITORY
@@ -23,7 +23,7 @@ from repository import REPOSITORY
 SCENES = REPOSITORY / "examples" / "scenes"
 MISSIONS = {
     name: parse_model(name, tomllib.loads(file.read_text()), MissionFile).effective()
-    for name, file in built_in_missions().items()
+    for name, file in list_built_in_missions().items()
 }
 NONSENSE = st.one_of(
     st.floats(),

@@ -207,7 +207,7 @@ def flown(name, data_dir, folder):
 def test_the_first_seconds_over_delft_keep_the_margin(data_dir, tmp_path):
     placed("delft-streets", data_dir, tmp_path)
     mission = read_mission_file(str(tmp_path / "mission.toml"))
-    setup = prepare(mission.changed("simulation", time_limit_s=8.0))
+    setup = prepare(mission.with_values("simulation", time_limit_s=8.0))
     run = setup.fly()
     assert run.metrics.time_s == 8.0
     assert run.metrics.margin_violations == run.emergencies == 0

@@ -63,7 +63,7 @@ def test_what_is_stated_wins_and_what_is_not_follows_a_change():
     assert stated.scale_note is None
     slow = mission(vehicle={"speed_mps": 5.0}, safety={"margin_m": 1.0})
     assert values(slow) == (50.0, 1.0, 7.5)
-    assert values(slow.changed("vehicle", speed_mps=10.0)) == (100.0, 1.0, 15.0)
+    assert values(slow.with_values("vehicle", speed_mps=10.0)) == (100.0, 1.0, 15.0)
     assert values(slow) == (50.0, 1.0, 7.5)  # Of which the changed one is no part.
     again = parse_model("again", slow.effective(), MissionFile)
     assert values(again) == values(slow)

@@ -20,7 +20,7 @@ from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.cli.app import app
 from clearway.io.toml import parse_model
 from clearway.io.traffic.traffic import read_traffic
-from clearway.live.mission import Mission, Progress, advanced
+from clearway.live.mission import Mission, Progress, advance_progress
 from clearway.missions.in_place import fly_in_place
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.setup import prepare
@@ -33,7 +33,7 @@ from clearway.traffic.recorded import (
     without_ghosts,
 )
 from clearway.traffic.recorded.approach import closest_approach
-from clearway.traffic.recorded.playing import PlayedTrack, RecordedTraffic, played_track
+from clearway.traffic.recorded.playing import PlayedTrack, RecordedTraffic, play_track
 
 ORIGIN = (46.0, 14.0, 900.0)
 HEIGHT_M = 3025 * FOOT_M
@@ -104,7 +104,7 @@ def test_velocities_come_from_positions_where_nothing_else_is_told() -> None:
         return (50.0 * time_s, 0.0, round((900.0 + 5.0 * time_s) / (25 * FOOT_M)) * 25 * FOOT_M)
 
     told = reports("abc", climbing, range(0, 61, 4))
-    played = played_track(collect_aircraft(recording(*told))[0], ORIGIN, from_s=0.0)
+    played = play_track(collect_aircraft(recording(*told))[0], ORIGIN, from_s=0.0)
     assert played is not None
     assert np.isnan(played.velocity_mps[0]).any()
     assert played.velocity_mps[5:] == pytest.approx(
@@ -112,7 +112,7 @@ def test_velocities_come_from_positions_where_nothing_else_is_told() -> None:
     )
     assert played.radius_m == pytest.approx(0.5 * 25 * FOOT_M)
     spoken = reports("abc", climbing, range(0, 61, 4), ground_speed_mps=60.0, track_rad=math.pi / 2)
-    played = played_track(collect_aircraft(recording(*spoken))[0], ORIGIN, from_s=0.0)
+    played = play_track(collect_aircraft(recording(*spoken))[0], ORIGIN, from_s=0.0)
     assert played is not None
     assert played.velocity_mps[:, 0] == pytest.approx(60.0)
 
@@ -124,15 +124,15 @@ def test_heights_of_two_kinds_are_never_mixed() -> None:
                  geometric_altitude_m=990.0),
     ]  # fmt: skip
     (one,) = collect_aircraft(recording(*both))
-    barometric = played_track(one, ORIGIN, 0.0)
-    geometric = played_track(one, ORIGIN, 0.0, geometric=True)
+    barometric = play_track(one, ORIGIN, 0.0)
+    geometric = play_track(one, ORIGIN, 0.0, geometric=True)
     assert barometric is not None
     assert geometric is not None
     assert barometric.time_s.tolist() == [0.0, 5.0]
     assert geometric.time_s.tolist() == [7.0, 9.0]
     on_ground = reports("def", lambda _: (0.0, 0.0, 0.0), (0.0, 1.0), altitude_kind="ground",
                         altitude_m=None)  # fmt: skip
-    assert played_track(collect_aircraft(recording(*on_ground))[0], ORIGIN, 0.0) is None
+    assert play_track(collect_aircraft(recording(*on_ground))[0], ORIGIN, 0.0) is None
 
 
 def test_closest_approach_of_crossing_straight_lines() -> None:
@@ -210,10 +210,10 @@ def test_a_waypoint_abeam_counts_where_that_is_asked_for() -> None:
         ([201.0, 30.0, 0.0], 0),  # beyond, but 105 m from the first
     ):
         here = np.array(place)
-        assert advanced(strict, Progress(), here, 0.0).goal == 0
-        assert advanced(passing, Progress(), here, 0.0).goal == expected
+        assert advance_progress(strict, Progress(), here, 0.0).goal == 0
+        assert advance_progress(passing, Progress(), here, 0.0).goal == expected
     # The last goal has to be reached.
-    last = advanced(passing, Progress(goal=1), np.array([201.0, 30.0, 0.0]), 0.0)
+    last = advance_progress(passing, Progress(goal=1), np.array([201.0, 30.0, 0.0]), 0.0)
     assert last.goal == 1
 
 

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def flown(file: MissionFile, **safety: object) -> Run:
-    return prepare(file.changed("safety", **safety) if safety else file).fly()
+    return prepare(file.with_values("safety", **safety) if safety else file).fly()
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def strict(walls: MissionFile) -> Run:
 
 def test_a_budget_of_nothing_flies_as_strict_to_the_bit(walls: MissionFile, strict: Run) -> None:
     """And so does one of less than any movement is looked at by, which searches all the same."""
-    settings = prepare(walls.changed("safety", unobserved_m=0.0)).planner.settings
+    settings = prepare(walls.with_values("safety", unobserved_m=0.0)).planner.settings
     assert settings == prepare(walls).planner.settings
     least = flown(walls, unobserved_m=1e-9)
     assert least.summary()["escape_mode"] == "budgeted"
@@ -73,21 +73,21 @@ def test_only_strict_is_softened(escape: str) -> None:
     with pytest.raises(
         InputError, match=f'unobserved_m: 4 m soften escape = "strict", and "{escape}"'
     ):
-        file.changed("safety", unobserved_m=4.0, escape=escape)
+        file.with_values("safety", unobserved_m=4.0, escape=escape)
     with pytest.raises(InputError, match="unobserved_m"):
-        file.changed("safety", unobserved_m=-1.0)
+        file.with_values("safety", unobserved_m=-1.0)
 
 
 def test_who_brakes_is_refused() -> None:
-    file = read_mission_file("copter-forest").changed("safety", unobserved_m=4.0)
+    file = read_mission_file("copter-forest").with_values("safety", unobserved_m=4.0)
     with pytest.raises(InputError, match="only vehicles without inertia may cross unobserved"):
         prepare(file)
 
 
 def test_what_sees_too_little_for_a_budget_flies_as_known() -> None:
     """As with strict; of the budget nothing is left."""
-    file = read_mission_file("static-obstacles").changed("safety", unobserved_m=4.0)
-    setup = prepare(file.changed("lidar", max_range_m=2.0))
+    file = read_mission_file("static-obstacles").with_values("safety", unobserved_m=4.0)
+    setup = prepare(file.with_values("lidar", max_range_m=2.0))
     system = setup.system()
     assert (system.escape.asked, system.escape.flown) == ("budgeted", "known")
     assert system.planner.settings.escape == "known"
@@ -95,7 +95,7 @@ def test_what_sees_too_little_for_a_budget_flies_as_known() -> None:
 
 
 def test_a_guardian_passes_it_through() -> None:
-    setup = prepare(read_mission_file("static-obstacles").changed("safety", unobserved_m=4.0))
+    setup = prepare(read_mission_file("static-obstacles").with_values("safety", unobserved_m=4.0))
     guardian = setup.guardian(0.5, None)
     assert isinstance(guardian, Guardian)
     assert guardian.escape.flown == "budgeted"

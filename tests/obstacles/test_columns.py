@@ -18,26 +18,30 @@ from clearway.sensors.beams.simulate import simulate_scan
 Array = npt.NDArray[np.float64]
 
 
-def distance_to(point: Array, rows: Array, ground: float) -> float:
+def distances_to(points: Array, rows: Array, ground: float) -> Array:
     """The test's own: the least of the ways to the flat-ended cylinders and down to the ground."""
-    found = [point[2] - ground]
-    for x, y, radius, low, high in rows:
-        beside = np.hypot(point[0] - x, point[1] - y) - radius
-        above = max(low - point[2], point[2] - high)
-        inside = beside <= 0.0 and above <= 0.0
-        found.append(max(beside, above) if inside else np.hypot(max(beside, 0), max(above, 0)))
-    return min(found)
+    x, y, radius, low, high = rows.T
+    east, north, up = points[:, :, None].transpose(1, 0, 2)
+    beside = np.hypot(east - x, north - y) - radius
+    above = np.maximum(low - up, up - high)
+    inside = (beside <= 0.0) & (above <= 0.0)
+    outside = np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0))
+    found = np.where(inside, np.maximum(beside, above), outside)
+    return np.minimum(found.min(axis=1, initial=np.inf), points[:, 2] - ground)
 
 
-def first_met(origin: Array, way: Array, rows: Array, ground: float, far: float) -> float:
+def first_met(origin: Array, ways: Array, rows: Array, ground: float, far: float) -> Array:
     """The test's own: steps as long as what is surely free, until something is met."""
-    at = 0.0
-    while at <= far:
-        free = distance_to(origin + at * way, rows, ground)
-        if free < 1e-7:
-            return at
-        at += free
-    return np.inf
+    at, met = np.zeros(len(ways)), np.full(len(ways), np.inf)
+    under_way = np.arange(len(ways))
+    while len(under_way):
+        here = at[under_way]
+        free = distances_to(origin + here[:, None] * ways[under_way], rows, ground)
+        ends = free < 1e-7
+        met[under_way[ends]] = here[ends]
+        at[under_way] += free
+        under_way = under_way[~ends & (at[under_way] <= far)]
+    return met
 
 
 def some_columns(seed: int, count: int) -> Array:
@@ -60,9 +64,9 @@ def test_rays_and_distances_are_those_worked_out_step_by_step(
     rng, rows = np.random.default_rng(seed), some_columns(seed, count)
     world = Columns(rows, ground_m=ground)
     probes = rng.uniform(-18.0, 18.0, (30, 3)) * [1.0, 1.0, 0.4]
-    expected = [distance_to(probe, rows, ground) for probe in probes]
+    expected = distances_to(probes, rows, ground)
     np.testing.assert_allclose(world.distance_m(probes), expected, atol=1e-9)
-    outside = probes[np.array(expected) > 0.01][:2]
+    outside = probes[expected > 0.01][:2]
     for origin in outside:
         if sweep:
             # As a scanner lists its beams: azimuth by azimuth, tilted anyhow.
@@ -74,7 +78,7 @@ def test_rays_and_distances_are_those_worked_out_step_by_step(
             ways[0] = [0.0, 0.0, -1.0]
             ways /= np.linalg.norm(ways, axis=1)[:, None]
         found = world.cast(origin, ways, 20.0)
-        wanted = np.array([first_met(origin, way, rows, ground, 20.0) for way in ways])
+        wanted = first_met(origin, ways, rows, ground, 20.0)
         # A ray that grazes a side may be counted either way.
         grazed = np.isinf(found) != np.isinf(wanted)
         assert np.count_nonzero(grazed) <= 1
@@ -103,7 +107,7 @@ def test_moved_columns_are_as_far_from_moved_places() -> None:
     shift, yaw = np.array([12.0, -40.0, 7.0]), 0.8
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     probes = np.random.default_rng(5).uniform(-15.0, 15.0, (50, 3))
-    moved = world.moved(shift, yaw)
+    moved = world.move(shift, yaw)
     np.testing.assert_allclose(
         moved.distance_m(shift + probes @ turn.T), world.distance_m(probes), atol=1e-9
     )
@@ -138,7 +142,7 @@ def test_a_scan_among_columns_has_what_brute_force_finds() -> None:
     assert world.distance_m(state.position_m[None])[0] > 0.1
     scan = simulate_scan(Lidar("lidar", pattern), world, state)
     ways = pattern.directions @ state.world_from_body.T
-    wanted = np.array([first_met(state.position_m, way, rows, 0.0, 30.0) for way in ways[::19]])
+    wanted = first_met(state.position_m, ways[::19], rows, 0.0, 30.0)
     found = world.cast(state.position_m, ways, 30.0)
     assert len(scan.points_m) == np.isfinite(found).sum()
     assert np.count_nonzero(np.isinf(found[::19]) != np.isinf(wanted)) <= 2

@@ -298,7 +298,7 @@ def test_a_wire_is_coated() -> None:
     wire = shapes_of(
         [Obstacle.line([6, 0, 0], 8.0, radius_m=0.0075, orientation_rad=[0, 0, QUARTER])]
     )
-    coated = GRID.shaped(inflate_shapes(wire, GRID, 0.6))
+    coated = GRID.reshape(inflate_shapes(wire, GRID, 0.6))
     assert np.all(coated[5:7, 3, 2])
     assert not np.any(coated[:4])
     assert not np.any(coated[8:, 3])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from clearway.base.errors import InputError
 from clearway.obstacles.obstacle import Obstacle, local_distance, shapes_of
-from clearway.obstacles.rounded_box import ray_rounded_box, rounded_box_distance
+from clearway.obstacles.rounded_box import measure_rounded_box_distance, ray_rounded_box
 
 
 def random_obstacle(rng: np.random.Generator, spread_m: float = 5.0) -> Obstacle:
@@ -38,7 +38,7 @@ def random_obstacle(rng: np.random.Generator, spread_m: float = 5.0) -> Obstacle
 def distance(obstacle: Obstacle, point: Any) -> float:
     shapes = shapes_of([obstacle])
     x, y, z = np.asarray(point, dtype=np.float64)
-    return rounded_box_distance(
+    return measure_rounded_box_distance(
         x, y, z, shapes.center_m[0], shapes.rotation[0], shapes.half_m[0], shapes.radius_m[0]
     )
 

@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.ros2.bus import USUAL
-from clearway.ros2.messages import made, pack_message
+from clearway.ros2.messages import make_message, pack_message
 from px4_for_tests import End, Px4Bench
 
 MARGIN_M = 0.6
@@ -29,7 +29,7 @@ def guarded(folder: Path, velocity_ned: tuple[float, float, float]) -> tuple[Px4
     commands = End(bench.topics)
     commands.advertise("/wishes", TRAJECTORY, USUAL)
     nowhere = np.full(3, np.nan, np.float32)
-    wish = made(
+    wish = make_message(
         TRAJECTORY, position=nowhere, velocity=np.array(velocity_ned, np.float32), yaw=np.nan,
         acceleration=nowhere, jerk=nowhere, yawspeed=0.0,
     )  # fmt: skip

@@ -51,6 +51,8 @@ POSITION_MODE = 2
 NEAR_M, HALFWAY_M = 19.3, 10.0
 """Flown at a wall 24.5 m ahead, that is seen from 5 m on."""
 SETTLES_S = 5.0
+TOLD_S = 0.2
+"""By then the second process has heard of another mode, and what it had sent has arrived."""
 UNHEEDED_S = 1.3
 """A mode that answers no arming checks has been left by then."""
 STARTS_S = 90.0
@@ -154,8 +156,9 @@ def test_it_sends_nothing_once_the_pilot_chooses_another_mode(tmp_path: Path) ->
         flight.node.kill()
         assert flight.next_set_point()
         assert flight.next_set_point()
-        sent = flight.px4.heard["TrajectorySetpoint"]
         assert flight.px4.commander.choose(POSITION_MODE)
+        flight.until(lambda: False, TOLD_S)
+        sent = flight.px4.heard["TrajectorySetpoint"]
         flight.settle()
         assert flight.px4.heard["TrajectorySetpoint"] == sent
         assert flight.px4.heard["VehicleCommand"] == 0, "Hold is not what the pilot chose"

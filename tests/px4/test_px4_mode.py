@@ -16,7 +16,7 @@ from clearway.px4.mode import HOLD, OFFBOARD
 from clearway.px4.releases import RELEASES
 from clearway.px4.simulated_commander import TAKE_OFF, Px4Habits
 from clearway.ros2.bus import USUAL
-from clearway.ros2.messages import made, pack_message
+from clearway.ros2.messages import make_message, pack_message
 from px4_for_tests import End, Px4Bench
 
 MARGIN_M = 0.6
@@ -223,7 +223,7 @@ def test_set_points_of_another_program_are_a_doubt(tmp_path: Path) -> None:
     other = End(bench.topics)
     topic = bench.link.release.topic("TrajectorySetpoint")
     other.advertise(topic, TRAJECTORY, USUAL)
-    other.publish(topic, pack_message(made(TRAJECTORY, velocity=np.ones(3, np.float32))))
+    other.publish(topic, pack_message(make_message(TRAJECTORY, velocity=np.ones(3, np.float32))))
     assert bench.until(bench.holds, 2.0, pilot=False)
     assert any("another program sends set-points" in one for one in bench.said)
 

@@ -14,7 +14,7 @@ pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
 
 from clearway.base.frames import FloatArray, geodetic_from_enu
 from clearway.px4.own_state import NO_ORIGIN, NO_POSE, Px4OwnState
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 from px4_for_tests import MISSION, Px4Bench
 
 ORIGIN = np.array([52.0, 4.3, 10.0])
@@ -28,14 +28,14 @@ def odometry(
         "velocity_frame": frame, "position": np.array([2.0, 3.0, -4.0], np.float32),
         "q": np.array(q, np.float32), "velocity": np.array(velocity, np.float32),
     }  # fmt: skip
-    return made("px4_msgs/msg/VehicleOdometry", **(fields | more))
+    return make_message("px4_msgs/msg/VehicleOdometry", **(fields | more))
 
 
 def local(**more: Any) -> Any:
     good = dict.fromkeys(
         ("xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "heading_good_for_control"), True
     )
-    return made("px4_msgs/msg/VehicleLocalPosition", **(good | more))
+    return make_message("px4_msgs/msg/VehicleLocalPosition", **(good | more))
 
 
 def turned(axis: int, angle_rad: float) -> FloatArray:

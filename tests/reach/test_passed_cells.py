@@ -129,7 +129,7 @@ def test_tight_turns_and_slow_movements() -> None:
 
 def test_measured_tables_with_corners() -> None:
     plane = MovementAutomaton.plane(turn_step_deg=30.0)
-    table = plane.measured(steps=3)
+    table = plane.measure(steps=3)
     automaton = MovementAutomaton(plane.movements, plane.pitch_limit_rad, table=table)
     reach_set = build_reach_set(
         automaton, AvoidanceGrid.uniform(6.0, 6, azimuth_deg=60.0, columns=8), method="harmonic"

@@ -15,7 +15,7 @@ from clearway.reach.choose.coverage import (
     measure_coverage,
     smoothness,
 )
-from clearway.reach.compare.comparison import TABLE_6_1, bound_6_5, compare_methods
+from clearway.reach.compare.comparison import TABLE_6_1, compare_methods, compute_bound_6_5
 from clearway.reach.compare.dispersal import measure_dispersion, sample_reachable
 from clearway.reach.sets import build_reach_set
 from clearway.vehicle.automaton import MovementAutomaton
@@ -130,4 +130,4 @@ def test_comparison_on_a_small_grid():
 
 def test_bound_of_the_paper_s_grid():
     """(6.6): 9 x k x 525."""
-    assert bound_6_5(9, 9, AvoidanceGrid.uniform(15.0, 15)) == 9 * 10 * 525
+    assert compute_bound_6_5(9, 9, AvoidanceGrid.uniform(15.0, 15)) == 9 * 10 * 525

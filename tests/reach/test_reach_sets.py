@@ -285,7 +285,7 @@ def test_hovering_vehicle_with_vertical_movements():
 
 def test_movements_known_by_measurement_alone():
     """(4.14) is off by up to 3 cm a movement; the set reaches as many cells all the same."""
-    table = PLANE.measured(4)
+    table = PLANE.measure(4)
     measured = MovementAutomaton(PLANE.movements, PLANE.pitch_limit_rad, table=table)
     coverage = measure_coverage(build_reach_set(measured, GRID, method="cover"))
     assert coverage.cells_covered == 278

@@ -16,7 +16,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 from clearway.ros2.bus import SENSOR, USUAL
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 from clearway.ros2.told import path_message
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, cloud, odometry, until
@@ -65,7 +65,7 @@ def test_what_it_says_is_understood(fast_dds: Path, bus: DdsBus) -> None:
         end = time.monotonic() + 120.0
         while talker.poll() is None and time.monotonic() < end:
             bus.wait(0.05)
-            came += [(one.topic, unpacked(one.raw, one.type)) for one in bus.take()]
+            came += [(one.topic, unpack_cdr(one.raw, one.type)) for one in bus.take()]
     by_topic = {topic: [m for at, m in came if at == topic] for topic in KINDS}
     told = {topic: [m.header.stamp.sec for m in ms] for topic, ms in by_topic.items()}
     assert told["/odom"] == told["/path"] == list(range(1, COUNT + 1)), "reliable"

@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.ros2.bus import LATCHED, SENSOR, STATIC_TF, USUAL, Quality
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 from clearway.ros2.told import make_stamp
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK, cloud, odometry, transform, until
@@ -75,7 +75,7 @@ class Side:
 
     def take(self) -> None:
         for one in self.bus.take():
-            message = unpacked(one.raw, one.type)
+            message = unpack_cdr(one.raw, one.type)
             if one.topic == "/cmd_vel":
                 self.commands.append(message)
             else:

@@ -12,7 +12,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.live.guard.wish import PathWish
-from clearway.ros2.messages import made, pack_message
+from clearway.ros2.messages import make_message, pack_message
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.setup import set_up_ros2_guard
 from clearway.ros2.told import header, point
@@ -152,23 +152,23 @@ def test_what_only_a_sensor_sees_stops_a_command() -> None:
 
 
 def pose(x: float, y: float, frame: str = "map"):
-    return made(
+    return make_message(
         "geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, frame),
-        pose=made("geometry_msgs/msg/Pose", position=point(np.array([x, y, 0.0]))),
+        pose=make_message("geometry_msgs/msg/Pose", position=point(np.array([x, y, 0.0]))),
     )  # fmt: skip
 
 
 def test_paths_and_set_points_are_wishes_too() -> None:
     bench = GuardBench(guard={"type": "Path"})
     bench.tick(0)
-    path = made("nav_msgs/msg/Path", poses=[pose(0.0, 3.0)])
+    path = make_message("nav_msgs/msg/Path", poses=[pose(0.0, 3.0)])
     assert bench.tick(1, path).guarded.passed
-    lost = made("nav_msgs/msg/Path", poses=[pose(0.0, 3.0, "nowhere")])
+    lost = make_message("nav_msgs/msg/Path", poses=[pose(0.0, 3.0, "nowhere")])
     bench.tick(2, lost)
     assert bench.counts["/cmd_vel_in: values that cannot be used"] == 1
     bench = GuardBench(guard={"type": "PositionTarget"})
     bench.tick(0)
-    target = made("mavros_msgs/msg/PositionTarget", coordinate_frame=1, type_mask=0x5C7)
+    target = make_message("mavros_msgs/msg/PositionTarget", coordinate_frame=1, type_mask=0x5C7)
     target.velocity.y = 0.5
     assert bench.tick(1, target).guarded.passed
     assert bench.sent("/mavros")[-1].velocity.y == 0.5
@@ -177,7 +177,9 @@ def test_paths_and_set_points_are_wishes_too() -> None:
     assert isinstance(held.wish_of(bench.session.motion), PathWish)
     bench = GuardBench(guard={"type": "TrajectorySetpoint"})
     bench.tick(0)
-    north = made("px4_msgs/msg/TrajectorySetpoint", velocity=np.array([0.5, 0, 0], np.float32))
+    north = make_message(
+        "px4_msgs/msg/TrajectorySetpoint", velocity=np.array([0.5, 0, 0], np.float32)
+    )
     north.position[:] = np.nan
     north.yawspeed = math.nan
     outcome = bench.tick(1, north)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from dataclasses import replace
 from typing import Any
 
@@ -14,10 +15,11 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.ros2.clouds import read_cloud_points
-from clearway.ros2.messages import damages, made, pack_message, unpacked
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
 from clearway.ros2.parameter_file import read_parameters
 from clearway.ros2.parameters import Names
 from clearway.ros2.told import header, point
+from clearway.ros2.transforms import MOST_GAPS, Transforms
 from ros2_for_tests import (
     BEGAN_S,
     RosBench,
@@ -98,7 +100,9 @@ def told_in_a_frame(frame: str = "map", at_s: float = 0.1, **more: Any) -> Any:
         "address": 0x123456, "position": point(np.array([0.0, 8.0, 0.0])), "radius": 0.4,
         "velocity": point(np.array([-1.0, 0.0, 0.0]), "Vector3"),
     } | more  # fmt: skip
-    return made("clearway_msgs/msg/Aircraft", header=header(BEGAN_S + at_s, frame), **fields)
+    return make_message(
+        "clearway_msgs/msg/Aircraft", header=header(BEGAN_S + at_s, frame), **fields
+    )
 
 
 def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
@@ -115,7 +119,11 @@ def test_one_of_our_own_message_in_any_frame_that_is_tied_to_the_map() -> None:
 @pytest.mark.parametrize(
     ("wrong", "reason"),
     [
-        ({"frame": "nowhere"}, "traffic: no transform to the map frame"),
+        (
+            {"frame": "nowhere"},
+            "traffic: no transform from 'nowhere' to 'map': "
+            "'nowhere' comes on neither /tf nor /tf_static",
+        ),
         ({"position": point(np.array([math.nan, 0.0, 0.0]))}, "traffic: no position"),
         ({"radius": -1.0}, "traffic: no position"),
         ({"at_s": 1e6}, "clock: from another time"),
@@ -132,7 +140,7 @@ def test_one_that_says_nothing_is_counted(wrong: dict[str, Any], reason: str) ->
 
 def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
     bench.fly(2)
-    goal = made("geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, "map"))
+    goal = make_message("geometry_msgs/msg/PoseStamped", header=header(BEGAN_S, "map"))
     goal.pose.position.x, goal.pose.position.y = 20.0, 20.0
     bench.bus.tell("/goal_pose", goal)
     bench.fly(1, begins=2)
@@ -146,8 +154,8 @@ def test_goals_take_the_place_of_the_mission(bench: RosBench) -> None:
 def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
     bench.bus.tell("/odom", odometry(BEGAN_S, frame="odom"))
     assert str(bench.tick(0.0).state) == "waiting"
-    assert bench.counts["own position: no transform to the map frame"] == 1
-    assert bench.link.missing()
+    assert [one for one in bench.counts if one.startswith("own position: no transform from 'odom'")]
+    assert any("no transform from 'odom'" in line for line in bench.link.missing())
     for tick in range(1, 4):
         now = 0.1 * tick
         moved = transform("odom", "map", (100.0, 0.0, 0.0), 0.5 * math.pi, BEGAN_S + now)
@@ -164,7 +172,11 @@ def test_an_unknown_frame_is_waited_for_and_told(bench: RosBench) -> None:
 @pytest.mark.parametrize(
     ("frame", "reason"),
     [
-        ("nobody", "cloud: no transform from its frame to the body"),
+        (
+            "nobody",
+            "cloud: no transform from 'nobody' to 'base_link': "
+            "'nobody' comes on neither /tf nor /tf_static",
+        ),
         ("turned", "cloud: its sensor is mounted elsewhere than the mission says"),
     ],
 )
@@ -175,6 +187,26 @@ def test_clouds_of_other_places_are_refused(bench: RosBench, frame: str, reason:
     assert str(bench.tick(0.0).state) == "waiting"
     assert bench.counts[reason] == 1
     assert any(reason in line for line in bench.link.missing())
+
+
+def test_a_gap_between_frames_is_told_by_their_names() -> None:
+    """Frames that are not there, trees that nothing joins, transforms of another time."""
+    frames = Transforms(Counter())
+    frames.take(transform("odom", "map", (0.0, 0.0, 0.0), time_s=5.0), static=False)
+    frames.take(transform("lidar", "mast", (0.0, 0.0, 1.0)), static=True)
+    assert "'base' comes on neither /tf nor /tf_static" in frames.describe_gap("base", "map", 5.0)
+    apart = frames.describe_gap("lidar", "odom", 5.0)
+    assert "one is in 'mast' at last, the other in 'map', and nothing joins them" in apart
+    late = frames.describe_gap("odom", "map", 9.0)
+    assert "'odom' in 'map' comes, but not within 0.5 s of the stamp" in late
+
+
+def test_frames_without_end_are_not_named_without_end() -> None:
+    frames = Transforms(Counter())
+    told = {frames.describe_gap(f"{number}" * 100, "map\n", 0.0) for number in range(100)}
+    assert len(told) == MOST_GAPS + 1
+    assert max(map(len, told)) < 300
+    assert not any("\n" in one for one in told)
 
 
 def test_a_late_transform_of_the_sensor_is_enough() -> None:
@@ -258,14 +290,14 @@ def test_clouds_of_any_layout(big_endian: bool, rows: int) -> None:
     later = np.arange(8) * 0.01
     message = cloud(1.0, points, later_s=later, big_endian=big_endian, rows=rows)
     found = read_cloud_points(
-        unpacked(pack_message(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2"
+        unpack_cdr(pack_message(message), "sensor_msgs/msg/PointCloud2"), "PointCloud2"
     )
     assert found.points_m == pytest.approx(points)
     assert found.later_s == pytest.approx(later)
 
 
 def test_laser_scans() -> None:
-    message = made(
+    message = make_message(
         "sensor_msgs/msg/LaserScan", angle_min=0.0, angle_increment=0.5 * math.pi,
         range_min=0.1, range_max=10.0, ranges=np.array([1.0, 2.0, np.inf, np.nan], np.float32),
     )  # fmt: skip
@@ -282,8 +314,8 @@ def fuzzed(bench: RosBench, number: int, seed: int) -> None:
         "/tf": pack_message(transform("a", "b")),
         "/tf_static": pack_message(transform("c", "b")),
         "/adsb": pack_message(transponder()),
-        "/goal_pose": pack_message(made("geometry_msgs/msg/PoseStamped")),
-        "/path_in": pack_message(made("nav_msgs/msg/Path")),
+        "/goal_pose": pack_message(make_message("geometry_msgs/msg/PoseStamped")),
+        "/path_in": pack_message(make_message("nav_msgs/msg/Path")),
     }
     topics = list(good)
     for count in range(number):
@@ -327,7 +359,7 @@ def test_a_hundred_thousand_malformed_messages(bench: RosBench) -> None:
 def test_bytes_that_are_no_message_raise_what_is_foreseen() -> None:
     for raw in (b"", b"\0", b"\0\1\0\0", b"\0\1\0\0" + b"\xff" * 40):
         with pytest.raises(damages()):
-            unpacked(raw, "nav_msgs/msg/Odometry")
+            unpack_cdr(raw, "nav_msgs/msg/Odometry")
 
 
 GENERAL = "/**: {ros__parameters: {mission: m.toml, rate: 5.0}}"

@@ -14,7 +14,7 @@ from clearway.base.frames import world_from_body
 from clearway.io.poses.pose_track import quaternions_of
 from clearway.io.scans.optical import AHEAD_FROM_OPTICAL
 from clearway.ros2.clouds import read_cloud_points
-from clearway.ros2.messages import damages, made, pack_message, unpacked
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
 from ros2_for_tests import BEGAN_S, RosBench, cloud, odometry, transform
 
 CAMERA = "camera_depth_optical_frame"
@@ -66,7 +66,8 @@ def test_a_wall_before_a_camera_is_avoided_as_one_before_a_lidar() -> None:
 def test_no_transform_no_cloud(bench: RosBench) -> None:
     """A name says how the axes lie, not where the camera sits."""
     assert seen_by(bench, CAMERA, optical(wall())) == ""
-    assert bench.counts["cloud: no transform from its frame to the body"] == 4
+    told = f"{CAMERA!r} comes on neither /tf nor /tf_static"
+    assert bench.counts[f"cloud: no transform from {CAMERA!r} to 'base_link': {told}"] == 4
 
 
 def test_a_camera_that_looks_elsewhere_than_the_mission_says(bench: RosBench) -> None:
@@ -142,7 +143,7 @@ def test_broken_clouds_are_counted_and_the_next_one_is_used(bench: RosBench) -> 
 
 
 def test_laser_scans_of_any_bytes_are_points_or_malformed() -> None:
-    rng, told = np.random.default_rng(6), made("sensor_msgs/msg/LaserScan")
+    rng, told = np.random.default_rng(6), make_message("sensor_msgs/msg/LaserScan")
     told.ranges = rng.normal(5.0, 3.0, 30).astype(np.float32)
     told.range_max, told.angle_increment = 10.0, 0.1
     raw = pack_message(told)
@@ -152,7 +153,7 @@ def test_laser_scans_of_any_bytes_are_points_or_malformed() -> None:
             broken[at] = rng.integers(256)
         try:
             found = read_cloud_points(
-                unpacked(bytes(broken), "sensor_msgs/msg/LaserScan"), "LaserScan"
+                unpack_cdr(bytes(broken), "sensor_msgs/msg/LaserScan"), "LaserScan"
             )
         except damages():
             continue

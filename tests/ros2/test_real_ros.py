@@ -12,7 +12,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.ros2.bus import SENSOR
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import unpacked
+from clearway.ros2.messages import unpack_cdr
 from clearway.ros2.rclpy_bus import PROFILES
 from repository import REPOSITORY
 from ros2_for_tests import LOOPBACK
@@ -73,7 +73,7 @@ def test_a_node_of_ros_is_heard_with_the_shipped_profile(
             while time.monotonic() < ends and min(heard[topic] for topic in KINDS) < 50:
                 bus.wait(0.1)
                 for came in bus.take():
-                    message = unpacked(came.raw, came.type)
+                    message = unpack_cdr(came.raw, came.type)
                     heard[came.topic] += getattr(message, "width", 2) == 2
         whys = {topic: bus.why_unheard(topic) for topic in KINDS if not heard[topic]}
         assert min(heard[topic] for topic in KINDS) >= 50, (heard, whys)

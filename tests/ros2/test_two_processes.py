@@ -39,7 +39,7 @@ def loopback(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_clouds_arrive_whole_from_another_process() -> None:
     from clearway.ros2.bus import SENSOR, USUAL
     from clearway.ros2.dds import DdsBus
-    from clearway.ros2.messages import unpacked
+    from clearway.ros2.messages import unpack_cdr
 
     kind = "sensor_msgs/msg/PointCloud2"
     bus = DdsBus(DOMAIN)
@@ -52,7 +52,7 @@ def test_clouds_arrive_whole_from_another_process() -> None:
         while time.monotonic() < end and talker.poll() is None:
             bus.wait(0.05)
             came += bus.take()
-        sure = [unpacked(one.raw, kind) for one in came if one.topic == "/sure"]
+        sure = [unpack_cdr(one.raw, kind) for one in came if one.topic == "/sure"]
         assert [int(one.header.frame_id) for one in sure] == list(range(0, 40, 2))
         assert all(one.width == 2000 and len(one.data) == 48000 for one in sure)
     finally:
@@ -65,16 +65,16 @@ def test_clouds_arrive_whole_from_another_process() -> None:
 def test_latched_topics_reach_those_who_come_later() -> None:
     from clearway.ros2.bus import LATCHED
     from clearway.ros2.dds import DdsBus
-    from clearway.ros2.messages import made, pack_message, unpacked
+    from clearway.ros2.messages import make_message, pack_message, unpack_cdr
 
     first, later = DdsBus(DOMAIN), DdsBus(DOMAIN)
     try:
         first.advertise("/said", "std_msgs/msg/String", LATCHED)
-        first.publish("/said", pack_message(made("std_msgs/msg/String", data="early")))
+        first.publish("/said", pack_message(make_message("std_msgs/msg/String", data="early")))
         later.subscribe("/said", "std_msgs/msg/String", LATCHED)
         came: list = []
         assert until(lambda: came.extend(later.take()) or came)
-        assert unpacked(came[0].raw, came[0].type).data == "early"
+        assert unpack_cdr(came[0].raw, came[0].type).data == "early"
         assert later.publishers("/said") == 1
     finally:
         first.close()

@@ -14,7 +14,7 @@ from clearway.base.frames import (
     world_from_body,
 )
 from clearway.base.grid import AvoidanceGrid
-from clearway.sensors import BeamPattern, estimate_pattern, named_pattern
+from clearway.sensors import BeamPattern, estimate_pattern, find_pattern
 from clearway.sensors.beams.binning import count_beams
 
 
@@ -105,7 +105,7 @@ def test_behind_the_vehicle_all_azimuths_of_pi_are_inside():
     ],
 )
 def test_sensors_on_sale(name, beams, lowest_deg, highest_deg):
-    pattern = named_pattern(name)
+    pattern = find_pattern(name)
     assert pattern.beams == beams
     assert np.degrees(pattern.elevation_rad.min()) == pytest.approx(lowest_deg)
     assert np.degrees(pattern.elevation_rad.max()) == pytest.approx(highest_deg)
@@ -114,7 +114,7 @@ def test_sensors_on_sale(name, beams, lowest_deg, highest_deg):
 
 def test_unknown_sensor_lists_the_known_ones():
     with pytest.raises(ClearwayError, match=r"'hdl32'.*vlp16, vls128, os1-128, os0-128"):
-        named_pattern("hdl32")
+        find_pattern("hdl32")
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def scan_of(pattern: BeamPattern, seed: int = 0, share: float = 1.0) -> np.ndarr
 
 @pytest.mark.parametrize("name", ["vlp16", "vls128", "os1-128", "os0-128"])
 def test_sensors_on_sale_are_recognised(name):
-    stated = named_pattern(name)
+    stated = find_pattern(name)
     guess = estimate_pattern(scan_of(stated, share=0.8))
     assert guess.name.startswith(f"estimated: {name} recognised")
     assert guess.beams == pytest.approx(stated.beams, rel=0.01)
@@ -196,7 +196,7 @@ def test_a_few_returns_give_some_pattern(count):
 
 
 def test_bad_points_are_left_out_and_nothing_else_is_refused():
-    points = scan_of(named_pattern("vlp16"))
+    points = scan_of(find_pattern("vlp16"))
     spoilt = np.concatenate([points, [[np.nan, 0, 0], [np.inf, 1, 1], [0, 0, 0]]])
     assert estimate_pattern(spoilt).name == estimate_pattern(points).name
     with pytest.raises(ClearwayError, match="no point is finite"):

@@ -19,11 +19,11 @@ from clearway.sensors import (
     Mounting,
     Scan,
     combine_detections,
+    compute_expected_hits,
     detect,
-    expected_hits,
+    detect_nothing,
     simulate_scan,
     swipe_area_m2,
-    unseen,
     visibility,
 )
 
@@ -82,7 +82,7 @@ def test_hit_counts_of_the_known_answers(known_answers):
     for case in known_answers["lidar_hit_formula_5_45"]:
         swipe = swipe_area_m2(case["r"], (-np.pi / 4, np.pi / 4), (-np.pi / 6, np.pi / 6))
         middle = GRID.patch_area_m2(case["r"])[3, 2]
-        hits = expected_hits(case["PS"], case["AO"], middle, swipe)
+        hits = compute_expected_hits(case["PS"], case["AO"], middle, swipe)
         assert hits == pytest.approx(case["value"], rel=1e-8)
     for case in known_answers["patch_area_5_44"]:
         area = swipe_area_m2(case["r"], (case["t0"], case["t1"]), (case["p0"], case["p1"]))
@@ -349,10 +349,10 @@ def test_several_sensors_combine():
 
 def test_a_sensor_without_scan_adds_nothing():
     one = detect(GRID, LIDAR, Scan(np.tile(along(5.5), (50, 1))))
-    both = combine_detections([unseen(GRID, LIDAR), one])
+    both = combine_detections([detect_nothing(GRID, LIDAR), one])
     np.testing.assert_allclose(both.detected, one.probability, atol=1e-15)
     np.testing.assert_array_equal(both.visibility, one.visibility)
-    assert not unseen(GRID, LIDAR).seen.any()
+    assert not detect_nothing(GRID, LIDAR).seen.any()
     with pytest.raises(ClearwayError, match="at least one"):
         combine_detections([])
 

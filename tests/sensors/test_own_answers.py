@@ -16,9 +16,9 @@ from clearway.sensors.memory.point_memory import PointMemory
 from clearway.sensors.range_sensor import (
     LidarSensor,
     RangeSensor,
-    passed_by,
+    find_passed,
+    find_returns,
     remember_reading,
-    returned_by,
 )
 from sensors_for_tests import WORLD, at, lidar
 
@@ -88,7 +88,7 @@ def test_returns_that_are_none_are_refused(answer: Any, why: str) -> None:
     sensor = Apart(LidarSensor(lidar("own")))
     sensor.returns = lambda *_asked: answer
     with pytest.raises(ClearwayError, match=r"sensor own: ") as refused:
-        returned_by(sensor, cw.Scan(np.zeros((0, 3))), at(0.0), 20.0, -np.inf)
+        find_returns(sensor, cw.Scan(np.zeros((0, 3))), at(0.0), 20.0, -np.inf)
     assert why in str(refused.value)
 
 
@@ -97,4 +97,4 @@ def test_what_is_no_answer_for_each_ball_is_refused(answer: Any) -> None:
     sensor = Apart(LidarSensor(lidar("own")))
     sensor.passes = lambda *_asked: answer
     with pytest.raises(ClearwayError, match="sensor own: what it passes"):
-        passed_by(sensor, cw.Scan(np.zeros((0, 3))), at(0.0), np.zeros((2, 3)), np.ones(2), 0.1)
+        find_passed(sensor, cw.Scan(np.zeros((0, 3))), at(0.0), np.zeros((2, 3)), np.ones(2), 0.1)

@@ -14,7 +14,7 @@ from clearway.sensors.cells.returns import bin_returns
 from clearway.sensors.cells.scan_cells import (
     PlacedScan,
     compute_hit_share,
-    detected_in,
+    detect_cells,
     hindrance_of,
 )
 
@@ -41,7 +41,7 @@ def test_a_scan_in_one_call_is_its_steps(seed: int, count: int, has_ground: bool
     )
     beams = count_beams(GRID, PATTERN, filters.rotation)
     scan = PlacedScan(read_only(points), filters, cell_tables(GRID), beams, GRID.layers)
-    found = detected_in(scan)
+    found = detect_cells(scan)
     binned = bin_returns(read_only(points), filters, cell_tables(GRID))
     hindrance, visibility = hindrance_of(binned.hindering, binned.blocked, beams, GRID.layers)
     steps = (

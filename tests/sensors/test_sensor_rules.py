@@ -19,7 +19,7 @@ from clearway.sensors import (
     simulate_scan,
 )
 from clearway.sensors.memory.point_memory import PointMemory, update_memory
-from clearway.sensors.standing import COMBINE_RULES, conjunction, weighted
+from clearway.sensors.standing import COMBINE_RULES, conjunction, weight_by_views
 from sensors_for_tests import GRID, WORLD, at, lidar
 
 # --- rules -----------------------------------------------------------------------------------
@@ -36,7 +36,7 @@ def test_the_weighted_rule_by_hand() -> None:
     probability = np.array([[0.5, 0.5, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0]])
     visibility = np.array([[1.0, 0.2, 0.4, 0.0], [1.0, 1.0, 0.0, 0.6]])
     looks = np.array([[True, True, True, False], [True, True, False, True]])
-    detected, seen = weighted(probability, visibility, looks, np.array([0.8, 0.4]))
+    detected, seen = weight_by_views(probability, visibility, looks, np.array([0.8, 0.4]))
     # The heavier sensor counts in full, the other by half where both look, in full where alone.
     assert detected == pytest.approx([1.0 - 0.5 * 0.5**0.5, 0.5, 0.0, 0.0])
     assert seen == pytest.approx([1.0, 0.5, 0.4, 0.6])
@@ -58,11 +58,11 @@ def test_what_one_sensor_sees_is_never_talked_away(
     looks = np.ones((len(said), 1), dtype=np.bool_)
     columns = probability[:, None], visibility[:, None], looks
     strict, view = conjunction(*columns, weight)
-    mild, narrow = weighted(*columns, weight)
+    mild, narrow = weight_by_views(*columns, weight)
     heaviest = probability[int(np.argmax(weight))]
     assert heaviest - 1e-9 <= mild[0] <= strict[0] + 1e-9 <= 1.0 + 1e-9
     assert narrow[0] <= view[0]
-    equal, same = weighted(*columns, np.ones(len(said)))
+    equal, same = weight_by_views(*columns, np.ones(len(said)))
     assert equal == pytest.approx(strict)
     assert same == pytest.approx(view)
 

@@ -16,7 +16,7 @@ from clearway.sensors import (
     Court,
     Mounting,
     Standing,
-    heard,
+    hear_reading,
     range_sensors,
     simulate_scan,
 )
@@ -51,7 +51,7 @@ def tried(
                 if isinstance(scanner, cw.Lidar)
                 else scanner.scan(world, state, rng)
             )
-            court = heard(court, sensors, scan, state)
+            court = hear_reading(court, sensors, scan, state)
         courts.append(court)
     return courts
 
@@ -193,7 +193,7 @@ def test_what_moves_is_no_lie() -> None:
             state = at(second + delay)
             moving = cw.Obstacle.ball([12.0, 5.0 - state.time_s, 0.0], 1.0)
             there = cw.ObstacleMap([*WORLD.obstacles, moving])
-            court = heard(court, sensors, simulate_scan(sensor, there, state, second), state)
+            court = hear_reading(court, sensors, simulate_scan(sensor, there, state, second), state)
     assert {record.verdicts_against for record in court.records.values()} == {0}
 
 

@@ -6,9 +6,16 @@ import pytest
 from clearway.base.state import State
 from clearway.sensors import BeamPattern, Lidar
 from clearway.sensors.beams.raster import beam_raster, directions_of, find_bin, nearest_returns
-from clearway.sensors.memory.doubt import HITS_MISSED, SAME, DoubtRule, _beyond, _turned, doubts
+from clearway.sensors.memory.doubt import (
+    HITS_MISSED,
+    SAME,
+    DoubtRule,
+    _beyond,
+    _measure_turn,
+    doubts,
+)
 from clearway.sensors.memory.remembered import MOST_LEVELS, Pitch, level_at, merge_boxes
-from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
+from clearway.sensors.memory.swept_boxes import boxes_of_returns, match_boxes_seen
 from clearway.sensors.passing.passed_points import (
     REACH_OF_BEAM,
     goes_on,
@@ -155,7 +162,7 @@ def test_pitches_double_with_the_distance(fine_m):
 def test_what_is_hit_again_holds_the_old_box_whatever_was_doubted():
     _, old = boxes(3, 300, -1.0, 1.0)
     _, new = boxes(4, 300, -0.5, 1.5)
-    again = seen_again(old, new, 0.12)
+    again = match_boxes_seen(old, new, 0.12)
     for n, number in enumerate(again):
         same = np.all(np.floor(new.low_m / 0.12) == np.floor(old.low_m[n] / 0.12), axis=1)
         assert number == (np.flatnonzero(same)[0] if same.any() else -1)
@@ -202,7 +209,7 @@ def said_against(old, n, nearest, sensor, before, rule):
         return 0.0
     if surely:
         return 1.0 / rule.passes_to_clear
-    turned = _turned(*middle, x, y, z, distance, before) / (2.0 * sensor.half_spacing)
+    turned = _measure_turn(*middle, x, y, z, distance, before) / (2.0 * sensor.half_spacing)
     return rule.smallest_m / apart * min(1.0, turned) / HITS_MISSED
 
 

@@ -8,7 +8,7 @@ import pytest
 from clearway.sensors.memory.remembered import BETWEEN, Boxes
 from clearway.sensors.memory.remembered import Pitch as VoxelPitch
 from clearway.sensors.memory.swept_boxes import boxes_of_returns
-from clearway.sensors.memory.wire_gaps import filled_between
+from clearway.sensors.memory.wire_gaps import fill_between
 from clearway.sensors.memory.wires import MOST_NEIGHBOURS, _by_cell, _neighbours, join_lines
 
 VOXEL_M, NOW_S = 0.12, 7.0
@@ -34,7 +34,7 @@ def test_every_voxel_between_is_filled_in_that_none_is_in(seed: int) -> None:
     boxes = boxes_at(rng.uniform(-4.0, 4.0, (int(rng.integers(2, 3000)), 3)))
     middles = 0.5 * (boxes.low_m + boxes.high_m)
     pairs = rng.integers(0, len(middles), (int(rng.integers(1, 40)), 2))
-    found = filled_between(boxes, middles, pairs, VOXEL_M, NOW_S)
+    found = fill_between(boxes, middles, pairs, VOXEL_M, NOW_S)
     known = len(boxes.doubt)
     for before, after in zip(boxes, found, strict=True):
         np.testing.assert_array_equal(before, after[:known])

@@ -115,9 +115,9 @@ def test_the_same_seed_opposes_in_the_same_way_and_another_one_does_not() -> Non
 def test_a_flight_is_judged_by_the_balls_that_were_put() -> None:
     """Whoever avoids nothing runs into one, and that is seen though its sensors never told."""
     file = read_mission("dense-forest:1")
-    file = file.changed("simulation", adversary_m=THIN_M, time_limit_s=20.0)
-    file = file.changed("columns", rows_m=(), made=None)
-    setup = prepare(file.changed("rules", route_m=None))
+    file = file.with_values("simulation", adversary_m=THIN_M, time_limit_s=20.0)
+    file = file.with_values("columns", rows_m=(), made=None)
+    setup = prepare(file.with_values("rules", route_m=None))
     run = setup.fly_with("straight")
     balls = balls_of(run)
     track = run.states[:, :3]
@@ -130,9 +130,9 @@ def test_a_flight_is_judged_by_the_balls_that_were_put() -> None:
 
 
 def test_every_vehicle_of_a_mission_can_be_opposed() -> None:
-    file = read_mission("dense-forest:2").changed(
+    file = read_mission("dense-forest:2").with_values(
         "simulation", adversary_m=0.3, time_limit_s=6.0, scan_rate_hz=5.0
     )
     for kind in ("plane", "inertialess", "multirotor"):
-        run = prepare(file.changed("vehicle", kind=kind)).fly()
+        run = prepare(file.with_values("vehicle", kind=kind)).fly()
         assert len(balls_of(run)) > 0

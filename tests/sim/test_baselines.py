@@ -12,7 +12,7 @@ from clearway.missions.world_file import read_mission
 from clearway.sim import Run
 from clearway.sim.baselines import CLEARWAY, PLANNERS, BaselinePilot, Manoeuvre, pilot_named
 from clearway.sim.pilot import Steering
-from clearway.sim.worlds import WORLD_FAMILIES, made_world
+from clearway.sim.worlds import WORLD_FAMILIES, make_world
 
 
 @cache
@@ -126,7 +126,7 @@ def test_an_unknown_planner_says_which_there_are():
 
 @pytest.mark.parametrize("family", sorted(WORLD_FAMILIES))
 def test_made_worlds_come_from_their_seed_and_leave_room_at_both_ends(family):
-    worlds = [made_world(family, seed) for seed in (0, 0, 1)]
+    worlds = [make_world(family, seed) for seed in (0, 0, 1)]
     shapes = [np.array([one.position_m for one in made.world.obstacles]) for made in worlds]
     np.testing.assert_array_equal(shapes[0], shapes[1])
     assert shapes[0].shape != shapes[2].shape or not np.array_equal(shapes[0], shapes[2])
@@ -152,4 +152,4 @@ def test_clearway_is_safe_where_straight_flight_is_not(family):
 
 def test_an_unknown_family_says_which_there_are():
     with pytest.raises(ClearwayError, match="forest"):
-        made_world("swamp", 0)
+        make_world("swamp", 0)

@@ -13,7 +13,7 @@ from clearway.missions.world_file import read_mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.sim.clutter import nets
 from clearway.sim.column_fields import forest
-from clearway.sim.dead_ends import cave, closed_tube, dead_end, room, u_shape
+from clearway.sim.dead_ends import cave, dead_end, make_closed_tube, room, u_shape
 from clearway.sim.world_parts import MadeWorld
 from clearway.sim.worlds import ball_world, maze
 from clearway.studies.campaigns.families import make_case
@@ -49,7 +49,7 @@ def test_straight_flight_ends_in_a_dead_end(label: str) -> None:
         assert solids.nearest_on_track_m([start, goal]) < 0.0
 
 
-@pytest.mark.parametrize("make", [dead_end, cave, closed_tube, u_shape])
+@pytest.mark.parametrize("make", [dead_end, cave, make_closed_tube, u_shape])
 def test_a_dead_end_is_as_wide_and_as_deep_as_drawn(make: Callable[..., MadeWorld]) -> None:
     for seed in range(6):
         world, *_ = make(seed, width_m=(12.0, 12.0), depth_m=(20.0, 20.0))

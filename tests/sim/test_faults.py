@@ -95,9 +95,9 @@ def test_a_mission_file_says_what_goes_wrong(tmp_path):
 
 
 def test_wind_carries_the_vehicle():
-    file = read_mission_file("static-obstacles").changed("simulation", time_limit_s=2.0)
+    file = read_mission_file("static-obstacles").with_values("simulation", time_limit_s=2.0)
     still = prepare(file).fly().states[-1]
-    blown = prepare(file.changed("simulation", wind_mps=(0.0, 0.1, 0.0))).fly().states[-1]
+    blown = prepare(file.with_values("simulation", wind_mps=(0.0, 0.1, 0.0))).fly().states[-1]
     assert blown[1] - still[1] == pytest.approx(0.2, abs=0.01)
 
 

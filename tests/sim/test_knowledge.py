@@ -12,8 +12,8 @@ from clearway.base.errors import OwnCodeError
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
 from clearway.sim.baselines import PLANNERS, REPORTED_TRAFFIC, Source
-from clearway.sim.baselines.knowledge import hidden_from
-from clearway.sim.baselines.notes import not_known, shared
+from clearway.sim.baselines.knowledge import describe_hidden
+from clearway.sim.baselines.notes import list_shared_notes, not_known
 from clearway.studies.encounters.encounter import EncounterSettings
 from clearway.studies.encounters.flights import EncounterTally
 from clearway.studies.risk.settings import RiskSettings
@@ -50,7 +50,7 @@ def mission(folder: Path, *parts: str, sensors: str = "") -> Path:
 def hidden_in(path: Path | str) -> dict[str, str]:
     """Of each planner, without those that know all."""
     dangers = prepare(read_mission(str(path))).dangers
-    told = {name: planner.hidden(dangers) for name, planner in PLANNERS.items()}
+    told = {name: planner.describe_hidden(dangers) for name, planner in PLANNERS.items()}
     return {name: what for name, what in told.items() if what}
 
 
@@ -64,12 +64,12 @@ def test_who_knows_a_source_of_each_danger_knows_all() -> None:
         for one in sets:
             for other in sets:
                 missing = any(told and not told & knows for told in (one, other))
-                assert bool(hidden_from(knows, [one, other])) == missing
+                assert bool(describe_hidden(knows, [one, other])) == missing
 
 
 def test_the_reference_knows_nothing_and_is_judged_all_the_same() -> None:
     assert PLANNERS["straight"].knows == frozenset()
-    assert PLANNERS["straight"].hidden([REPORTED_TRAFFIC]) == ""
+    assert PLANNERS["straight"].describe_hidden([REPORTED_TRAFFIC]) == ""
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_encounters_and_risks_are_of_reported_traffic() -> None:
     blind = {name for name in PLANNERS if EncounterTally(EncounterSettings(), (), name).hidden}
     assert blind == HITS_ALONE
     study = RiskStudy(RiskSettings(), tuple(PLANNERS), 0, ())
-    assert {name for name in PLANNERS if study.hidden_from(name)} == HITS_ALONE
+    assert {name for name in PLANNERS if study.describe_hidden(name)} == HITS_ALONE
 
 
 def test_a_table_says_not_applicable_and_why_and_still_tells_path_and_time(tmp_path: Path) -> None:
@@ -141,15 +141,15 @@ def test_own_planners_know_all_unless_they_say_otherwise(tmp_path: Path) -> None
         "def wrong(craft): return None\n"
         "wrong.knows = ('radar',)\n"
     )
-    assert PLANNERS.named("mine.py:make", tmp_path).hidden([REPORTED_TRAFFIC]) == ""
-    assert PLANNERS.named("mine.py:hits", tmp_path).hidden([REPORTED_TRAFFIC])
+    assert PLANNERS.find("mine.py:make", tmp_path).describe_hidden([REPORTED_TRAFFIC]) == ""
+    assert PLANNERS.find("mine.py:hits", tmp_path).describe_hidden([REPORTED_TRAFFIC])
     with pytest.raises(OwnCodeError, match="'sensors', 'map', 'traffic'"):
-        PLANNERS.named("mine.py:wrong", tmp_path)
+        PLANNERS.find("mine.py:wrong", tmp_path)
 
 
 def test_notes_name_planners_by_what_they_share() -> None:
-    told = "\n".join(shared(["clearway", "turn-back", "adaptive", "straight"]))
+    told = "\n".join(list_shared_notes(["clearway", "turn-back", "adaptive", "straight"]))
     assert "turn-back, adaptive: " in told
     assert "straight avoids nothing" in told
-    assert shared(["clearway"]) == []
+    assert list_shared_notes(["clearway"]) == []
     assert not_known([("a", ""), ("b", "x"), ("c", "x"), ("b", "x")]) == ["n/a: b, c cannot know x"]

@@ -95,7 +95,7 @@ WAY = (
 def test_a_plant_keeps_near_its_plan_at_its_own_acceleration(name: str) -> None:
     if name == "F450":
         pytest.importorskip("jsbsim")
-    kind = mass(CopterLimits(20.0, 8.0)) if name == "a mass" else PLANTS.named(name)
+    kind = mass(CopterLimits(20.0, 8.0)) if name == "a mass" else PLANTS.find(name)
     assert kind.copter is not None
     automaton = copter(kind.copter)
     off = []
@@ -119,7 +119,7 @@ def test_undisturbed_the_mass_is_where_the_plan_says() -> None:
 
 def test_an_acceleration_that_is_asked_for_late_is_answered_late() -> None:
     """What leads: without the next movement, a plant finds out about it when it begins."""
-    kind = PLANTS.named("quadrotor")
+    kind = PLANTS.find("quadrotor")
     assert kind.copter is not None
     automaton = copter(kind.copter)
     late = leading(kind.make(START, 0.0, Air()))
@@ -174,7 +174,7 @@ def test_each_of_a_class_each_once_where_all_lead_to_all() -> None:
 def test_the_measured_tube_holds_what_was_held_out_and_not_much_more() -> None:
     limits = CopterLimits(2.0, 3.0)
     settings = MeasureSettings(2, 2, gusts_mps=GUSTS_MPS)
-    measured = measure_copter(PLANTS.named("quadrotor"), copter(limits), settings)
+    measured = measure_copter(PLANTS.find("quadrotor"), copter(limits), settings)
     assert measured.inside.min() > 0.9
     assert measured.inside.mean() > 0.97
     assert np.all(measured.tube_m < 0.35 + 0.03 * measured.speeds_mps)
@@ -206,7 +206,7 @@ def test_a_quadrotor_with_inertia_flies_between_columns_in_gusts(seed: int) -> N
         system,
         world,
         lidars=[],
-        plant=PLANTS.named("quadrotor"),
+        plant=PLANTS.find("quadrotor"),
         settings=cw.SimulationSettings(seed=seed, gusts_mps=GUSTS_MPS),
     )
     assert run.reached

@@ -25,7 +25,7 @@ from clearway.missions.automaton_file import automaton_file, read_automaton, wri
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.reach.escapes.library import EscapeLibrary
-from clearway.reach.flown import flown_from, turns_of
+from clearway.reach.flown import fly_reach_set, turns_of
 from clearway.reach.store import ReachLibrary
 from clearway.sim.plants import PLANTS
 from clearway.sim.plants.exact_rounds import with_exact_rounds
@@ -146,7 +146,7 @@ def test_reach_sets_are_rooted_at_what_was_flown_last(measured: MeasuredPlant):
     reach_set = library.nearest(0.0)
     state = in_class_after(automaton, State(np.zeros(3), [0.2, -0.3, 0.4]), "Left")
     roll = float(state.attitude_rad[0])
-    flown, _ = flown_from(reach_set, turns_of(reach_set), automaton, roll, 0.0)
+    flown, _ = fly_reach_set(reach_set, turns_of(reach_set), automaton, roll, 0.0)
     names = [automaton.names[m] for m in flown.movement]
     table = automaton.classes
     assert table is not None
@@ -173,7 +173,7 @@ def test_every_movement_that_may_have_been_flown_last_has_a_reach_set_of_its_own
     planner = Planner.of(library)
     for previous in automaton.names:
         state = in_class_after(automaton, State(np.zeros(3)), previous)
-        reach_set = planner.prepared_at(state).reach_set
+        reach_set = planner.prepare_at(state).reach_set
         for n in np.flatnonzero(reach_set.parent < 0):
             name = automaton.names[reach_set.movement[n]]
             expected = way(table, previous, name)[-1, :3]
@@ -277,7 +277,7 @@ def test_flights_held_out_are_predicted_as_well_as_asked_for(
 ):
     if name != "quadrotor":
         pytest.importorskip("jsbsim")
-    kind = PLANTS.named(name)
+    kind = PLANTS.find(name)
     assert kind.movements is not None
     found = measure_plant(kind, kind.movements(), MeasureSettings(4, 2, gusts_mps=gusts_mps))
     assert np.quantile(found.error_m[movements - 1], 0.95) <= most_m

@@ -29,8 +29,8 @@ from clearway.view.plot.flight import draw_snapshot
 from clearway.view.replay.messages import (
     cells_message,
     decision_message,
+    list_seen_points,
     reach_message,
-    seen_points,
 )
 from held_bytes import held_bytes
 
@@ -44,7 +44,7 @@ HOUR_MB, REPLAY_MB = 450, 450
 def setup(wind_mps: float = 0.0, sigma_deg: float = 0.0, seconds: float = 25.0) -> FlightSetup:
     """The mixed mission in wind, with an attitude that is measured so badly, above a floor."""
     mission = read_mission("mixed", lambda _: None)
-    changed = mission.changed(
+    changed = mission.with_values(
         "simulation",
         time_limit_s=seconds,
         wind_mps=[wind_mps, 0.0, 0.0],
@@ -65,7 +65,9 @@ def test_a_past_decision_tells_all_that_it_told(wind_mps: float, sigma_deg: floa
         assert cells_message(after, settings) == cells_message(before, settings)
         assert reach_message(after) == reach_message(before)
         voxel_m = flight.planner.grid.range_m / VOXELS_IN_RANGE
-        np.testing.assert_array_equal(seen_points(after, voxel_m), seen_points(before, voxel_m))
+        np.testing.assert_array_equal(
+            list_seen_points(after, voxel_m), list_seen_points(before, voxel_m)
+        )
         np.testing.assert_array_equal(after.tube_m, before.tube_m)
         np.testing.assert_array_equal(after.reach.reachability, before.reach.reachability)
         for ours, theirs in zip(after.hazards.shapes, before.hazards.shapes, strict=True):
@@ -122,8 +124,8 @@ def test_whoever_watches_is_handed_every_decision_whole(monkeypatch: pytest.Monk
 def test_a_system_holds_no_more_after_many_decisions_than_after_few() -> None:
     flight = prepare(
         read_mission("static-obstacles", lambda _: None)
-        .changed("mission", waypoints_m=[[12.0, 0.0, 0.0], [0.0, 0.0, 0.0]] * 8)
-        .changed("simulation", time_limit_s=200.0)
+        .with_values("mission", waypoints_m=[[12.0, 0.0, 0.0], [0.0, 0.0, 0.0]] * 8)
+        .with_values("simulation", time_limit_s=200.0)
     )
     system, sizes = flight.system(), []
     shared: dict[int, object] = {}

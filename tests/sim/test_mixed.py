@@ -12,7 +12,7 @@ from clearway.avoidance.clear.verify import path_clearance
 from clearway.base.errors import InputError
 from clearway.base.state import State
 from clearway.io.toml import parse_model
-from clearway.missions.mission_file import MissionFile, built_in_missions, read_mission_file
+from clearway.missions.mission_file import MissionFile, list_built_in_missions, read_mission_file
 from clearway.missions.setup import FlightSetup, prepare
 from clearway.missions.world_file import read_mission
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -74,7 +74,7 @@ def known(run: Run) -> set[str]:
 
 def test_without_following_nobody_knows_of_the_silent_one() -> None:
     there = setup()
-    run = replace(there, planner=there.planner.changed(follow_movers=False)).fly()
+    run = replace(there, planner=there.planner.with_values(follow_movers=False)).fly()
     assert known(run)
     assert known(run) < known(flown(0))
 
@@ -194,6 +194,6 @@ def test_silent_traffic_reports_nothing_and_is_seen_where_it_was() -> None:
 
 
 def test_no_made_up_world_takes_the_name_of_a_mission() -> None:
-    assert not set(WORLD_FAMILIES) & set(built_in_missions())
-    for name in built_in_missions():
+    assert not set(WORLD_FAMILIES) & set(list_built_in_missions())
+    for name in list_built_in_missions():
         assert read_mission(name).effective() == read_mission_file(name).effective()

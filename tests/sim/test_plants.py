@@ -60,7 +60,7 @@ def test_a_quadrotor_without_drag_falls_and_its_motors_lag_as_closed_forms_say()
 
 def flown(name: str, names: list[str], wind=(0.0, 0.0, 0.0), gusts: float = 0.0, seed: int = 0):
     """The plant after movements from a trimmed start, and the automaton that it flew."""
-    kind = PLANTS.named(name)
+    kind = PLANTS.find(name)
     assert kind.movements is not None
     automaton = kind.movements()
     start = np.array([10.0, -20.0, 5.0, 0.0, 0.0, 0.7])

@@ -17,7 +17,9 @@ from clearway.sim import Run, SimulationSettings
 
 def flown(**simulation: Any) -> tuple[list[float], Run[Any]]:
     """Times at which scans were taken in six seconds, and the flight."""
-    file = cw.read_mission("static-obstacles").changed("simulation", time_limit_s=6.0, **simulation)
+    file = cw.read_mission("static-obstacles").with_values(
+        "simulation", time_limit_s=6.0, **simulation
+    )
     scans: list[Scan] = []
     run = prepare(file).fly_with("clearway", scans=scans)
     return [scan.time_s for scan in scans], run

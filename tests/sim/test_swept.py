@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.metrics import intruder_distances
-from clearway.sim.swept import swept_distance_m, touches
+from clearway.sim.swept import measure_swept_distance_m, touches
 from in_process import clearway
 
 TUNNEL = """
@@ -34,7 +34,7 @@ size_m = [0.1, 40, 40]
 def test_a_wall_between_two_samples_is_touched():
     wall = ObstacleMap([Obstacle.cuboid([0.4, 0, 0], (0.001, 10, 10))])
     track = np.array([[0.0, 0, 0], [0.75, 0, 0], [1.5, 0, 0]])
-    distance = swept_distance_m(wall, track, 0.25)
+    distance = measure_swept_distance_m(wall, track, 0.25)
     assert distance[1] <= 0.0
     assert distance[2] == pytest.approx(0.3495, abs=1e-6)
 
@@ -51,7 +51,7 @@ def test_a_step_touches_where_its_least_distance_says_so(start, end, radius, thi
     )
     step = np.array([start, end])
     hit, at_end = touches(world, step, 0.5)
-    assert hit == (swept_distance_m(world, step, 0.5)[1] <= 0.0)
+    assert hit == (measure_swept_distance_m(world, step, 0.5)[1] <= 0.0)
     assert at_end == world.distance_m(step[1:])[0]
 
 
@@ -63,7 +63,7 @@ def test_a_step_touches_where_its_least_distance_says_so(start, end, radius, thi
 def test_never_farther_than_dense_samples_say(corners, center, radius):
     world = ObstacleMap([Obstacle.ball(center, radius)])
     track = np.array(corners, dtype=float)
-    distance = swept_distance_m(world, track, 0.5)
+    distance = measure_swept_distance_m(world, track, 0.5)
     for n in range(1, len(track)):
         along = np.linspace(0, 1, 400)[:, None]
         truth = world.distance_m(track[n - 1] + along * (track[n] - track[n - 1])).min()

@@ -57,7 +57,7 @@ def any_way_by_brute_force(met, deep=4):
         grown = []
         for state in states:
             for movement in names:
-                if not PLANE.allowed(state, movement):
+                if not PLANE.is_allowed(state, movement):
                     continue
                 times = np.linspace(0.1, 1.0, 10)
                 path = np.array([PLANE.predict(state, movement, time)[:3] for time in times])

@@ -17,11 +17,11 @@ from clearway.cli.campaign_table import print_campaign
 from clearway.studies.campaigns.conflicts import KINDS, ConflictParameters, conflict
 from clearway.studies.campaigns.engines import make_process_engine
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES, make_case
-from clearway.studies.campaigns.file import built_in_campaigns, read_campaign
+from clearway.studies.campaigns.file import list_built_in_campaigns, read_campaign
 from clearway.studies.campaigns.results import read_results
 from clearway.studies.campaigns.run import absent, run_campaign
 from clearway.studies.campaigns.task import tasks_of
-from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounter_model import make_up_model
 from clearway.studies.encounters.flights import RADIUS_M
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.settings import NEAR_COLLISION, RiskSettings
@@ -92,7 +92,7 @@ def test_changes_of_a_campaign_are_made_in_all_families_which_may_say_otherwise(
 def test_a_sampled_intruder_flies_the_track_that_the_model_gives() -> None:
     case = make_case("sampled", 5, {}, {}, Path())
     run = case.setup.fly_with("straight")
-    drawn = sample_encounter(made_up_model(), 5, RiskSettings())
+    drawn = sample_encounter(make_up_model(), 5, RiskSettings())
     time_s, *place = run.intruder_tracks["intruder"].T
     true = drawn.at_all(time_s) * [1.0, 1.0, RiskSettings().stretch]
     assert pytest.approx(true, abs=1.0) == np.array(place).T
@@ -170,8 +170,8 @@ def test_surveyed_places_without_their_public_files_are_skipped(
 
 
 def test_every_built_in_campaign_flies_known_families_in_distinct_flights() -> None:
-    assert {"standard", "quick", "dead-ends"} <= set(built_in_campaigns())
-    for name in built_in_campaigns():
+    assert {"standard", "quick", "dead-ends"} <= set(list_built_in_campaigns())
+    for name in list_built_in_campaigns():
         keys = [task.key for task in tasks_of(read_campaign(name))]
         assert len(keys) == len(set(keys))
     labels = {section.name for section in read_campaign("standard").file.family}

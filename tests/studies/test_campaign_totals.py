@@ -89,11 +89,11 @@ def test_totals_stand_between_their_marks_of_a_page(tmp_path: Path) -> None:
 
 def test_a_contact_is_that_of_the_body_and_a_speed_that_of_the_track() -> None:
     """A vehicle that flies straight past a ball, 0.25 m from its surface."""
-    file = read_mission("static-obstacles").changed("simulation", time_limit_s=19.0)
+    file = read_mission("static-obstacles").with_values("simulation", time_limit_s=19.0)
     beside = {"shape": "ball", "position_m": (10.0, 1.25, 0.0), "radius_m": 1.0}
     file = file.model_copy(update={"obstacle": (replace_section(file.obstacle[0], beside),)})
     for body, touches in ((0.2, False), (0.3, True)):
-        setup = prepare(file.changed("vehicle", body_radius_m=body))
+        setup = prepare(file.with_values("vehicle", body_radius_m=body))
         run = setup.fly_with("straight")
         assert run.metrics.min_obstacle_distance_m == pytest.approx(0.25, abs=1e-3)
         assert run.touched == touches

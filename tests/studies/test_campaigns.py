@@ -133,7 +133,7 @@ def test_a_journal_torn_anywhere_keeps_its_whole_lines(
     uninterrupted: list[FlightRow], tmp_path: Path
 ) -> None:
     path, settings, rows = tmp_path / "journal.jsonl", {"version": "1"}, uninterrupted[:3]
-    with open_journal(path, settings) as journal:
+    with open_journal(path, settings, FlightRow) as journal:
         for row in rows:
             journal.append(row)
     whole = path.read_bytes()
@@ -142,7 +142,7 @@ def test_a_journal_torn_anywhere_keeps_its_whole_lines(
     for cut in sorted(near | set(range(0, len(whole), 211))):
         path.write_bytes(whole[:cut])
         kept = sum(end <= cut for end in ends[1:])
-        with open_journal(path, settings) as journal:
+        with open_journal(path, settings, FlightRow) as journal:
             assert journal.rows == rows[:kept]
             for row in rows[kept:]:
                 journal.append(row)
@@ -152,9 +152,9 @@ def test_a_journal_torn_anywhere_keeps_its_whole_lines(
 def test_only_one_campaign_at_a_time_writes_a_journal(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     with (
-        open_journal(path, {}),
+        open_journal(path, {}, FlightRow),
         pytest.raises(InputError, match="another campaign"),
-        open_journal(path, {}),
+        open_journal(path, {}, FlightRow),
     ):
         pass
 

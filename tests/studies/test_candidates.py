@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.studies.encounter_model import EncounterModel, made_up_model
+from clearway.studies.encounter_model import EncounterModel, make_up_model
 from clearway.studies.encounter_model.model_file import parse_encounter_model
-from clearway.studies.risk.candidates import entered, taken, wanted
+from clearway.studies.risk.candidates import find_entered, find_wanted_kinds, take_candidate
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation_of
@@ -95,7 +95,7 @@ def test_rates_are_those_of_swept_volumes() -> None:
 
 
 def test_rates_are_those_of_plain_draws() -> None:
-    model = made_up_model()
+    model = make_up_model()
     plain = RiskSettings.real_scale("copter", range_m=2000.0, tracks=1, entries=1)
     chosen = replace(plain, tracks=4, entries=4)
     one, other = rates(model, 250, plain), rates(model, 150, chosen)
@@ -112,9 +112,9 @@ def test_what_is_taken_stands_for_all_candidates(pairs, at) -> None:  # type: ig
     weights, wants = (np.array(each) for each in zip(*pairs, strict=True))
     products = weights * wants
     if products.sum() == 0.0:
-        assert taken(weights, wants, np.random.default_rng(0)) is None
+        assert take_candidate(weights, wants, np.random.default_rng(0)) is None
         return
-    found = taken(weights, wants, np.random.default_rng(at))
+    found = take_candidate(weights, wants, np.random.default_rng(at))
     assert found is not None
     chosen, weight = found
     assert weights[chosen] > 0.0
@@ -125,13 +125,15 @@ def test_what_is_taken_stands_for_all_candidates(pairs, at) -> None:  # type: ig
 def test_candidates_are_taken_as_often_as_their_products_say() -> None:
     weights, wants = np.array([0.0, 2.0, 1.0, 0.0]), np.array([5.0, 1.0, 6.0, 1.0])
     rng = np.random.default_rng(1)
-    seen = [taken(weights, wants, rng) for _ in range(4000)]
+    seen = [take_candidate(weights, wants, rng) for _ in range(4000)]
     share = np.mean([one is not None and one[0] == 2 for one in seen])
     assert share == pytest.approx(0.75, abs=0.03)
 
 
 def test_kinds_are_the_smallest_cylinder_entered() -> None:
-    of = wanted(Cylinder(5000.0, 500.0), (Cylinder(10.0, 5.0), Cylinder(300.0, 50.0)), (0.2, 0.5))
+    of = find_wanted_kinds(
+        Cylinder(5000.0, 500.0), (Cylinder(10.0, 5.0), Cylinder(300.0, 50.0)), (0.2, 0.5)
+    )
     drift = np.zeros((5, 3))
     drift[:, 0] = [0.0, 100.0, 200.0, 300.0, 400.0]
     for entry, count, kind in (
@@ -141,7 +143,7 @@ def test_kinds_are_the_smallest_cylinder_entered() -> None:
         ([-300.0, 0.0, 60.0], 5, 2),
         ([-900.0, 0.0, 0.0], 5, 2),
     ):
-        found = entered(np.array(entry), drift, count, of.radius_m, of.half_height_m)
+        found = find_entered(np.array(entry), drift, count, of.radius_m, of.half_height_m)
         assert found == kind
     # Rare kinds are wanted more.
     assert (np.diff(of.want) < 0.0).all()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.base.errors import ClearwayError, InputError
-from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounter_model import make_up_model
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.horizontal_cas import (
     NAME,
@@ -115,7 +115,7 @@ def test_advisories_are_flown_as_turns(folder):
     planner = long_planner(f"{PREFIX}{folder}")
     turned = 0
     for number in range(4):
-        flight = fly_long(sample_encounter(made_up_model(), number, kind), planner, kind)
+        flight = fly_long(sample_encounter(make_up_model(), number, kind), planner, kind)
         assert np.ptp(flight.own_m[:, 2]) == pytest.approx(0.0, abs=1e-9), "it never climbs"
         course = np.unwrap(np.arctan2(*np.diff(flight.own_m[:, :2], axis=0).T[::-1]))
         rate_deg = np.degrees(np.diff(course)) * 4.0

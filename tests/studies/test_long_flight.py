@@ -10,7 +10,7 @@ import pytest
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
-from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounter_model import make_up_model
 from clearway.studies.risk.encounter import ModelEncounter, sample_encounter
 from clearway.studies.risk.flight import STRAIGHT, separation, separation_of
 from clearway.studies.risk.long_flight import choose_performance, fly_long
@@ -95,7 +95,7 @@ def test_clearway_keeps_well_clear_head_on_without_a_change_of_side() -> None:
 
 
 def test_flights_depend_on_number_and_settings_alone() -> None:
-    model = made_up_model()
+    model = make_up_model()
     encounter = sample_encounter(model, 3, KIND)
     assert encounter.own_height_m >= 50.0 * FOOT_M
     one, again = (fly_long(encounter, "clearway", KIND) for _ in range(2))
@@ -103,7 +103,7 @@ def test_flights_depend_on_number_and_settings_alone() -> None:
 
 
 def test_a_study_goes_on_where_it_was_cut_off(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    model, journal = made_up_model(), tmp_path / "kept.jsonl"
+    model, journal = make_up_model(), tmp_path / "kept.jsonl"
     kind = replace(KIND, within_s=60.0, afterwards_s=10.0)
     whole = study(model, ["mvp"], range(12), kind)
     study(model, ["mvp"], range(12), kind, journal=journal)
@@ -121,7 +121,7 @@ def test_a_study_goes_on_where_it_was_cut_off(tmp_path) -> None:  # type: ignore
 
 
 def test_the_summary_tells_layers_weights_and_how_to_fly_the_worst_again() -> None:
-    model = made_up_model()
+    model = make_up_model()
     result = study(model, ["straight"], range(30), KIND)
     told = json.loads(json.dumps(summary(result, model)))
     assert sum(row["weight"] for row in told["layers"]) == pytest.approx(1.0)

@@ -27,7 +27,7 @@ def test_workers_find_a_named_module_and_no_other(
     (tmp_path / "own_job.py").write_text(OWN)
     for name in ("signal", "numpy", "pickle", "multiprocessing", "clearway"):
         (tmp_path / f"{name}.py").write_text("open('ran.txt', 'a').write(__name__)")
-    beside = list(own_code.looked_beside())
+    beside = list(own_code.list_looked_beside())
     job = own_code.load_own("job", "own_job:Job")
     try:
         found = set(run_in_processes(repr, [job(1), job(2), job(3)], 2))

@@ -18,7 +18,7 @@ from matplotlib.contour import ContourSet
 from typer.testing import CliRunner
 
 from clearway.cli.app import app
-from clearway.studies.reproduction.cone_figures import integrated_patch_m2, patch_figure
+from clearway.studies.reproduction.cone_figures import integrate_patch_m2, patch_figure
 from clearway.studies.reproduction.intruder_cases import (
     CASES,
     IntersectionCase,
@@ -134,7 +134,7 @@ def test_the_reference_of_a_patch_is_far_finer_than_what_it_judges(radius_m: flo
         ([3.0, 3.3], [-0.1, 0.4]),
     ):
         area = radius_m**2 * np.diff(azimuth)[0] * np.diff(np.sin(elevation))[0]
-        found = integrated_patch_m2(radius_m, np.array(azimuth), np.array(elevation))
+        found = integrate_patch_m2(radius_m, np.array(azimuth), np.array(elevation))
         assert found == pytest.approx(area, rel=1e-8)
     (exhibit,) = patch_figure()
     (measure,) = exhibit.findings.measures

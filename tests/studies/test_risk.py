@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
-from clearway.studies.encounter_model import made_up_model
+from clearway.studies.encounter_model import make_up_model
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.entry import Entries, Shells
@@ -101,7 +101,7 @@ def test_entries_lie_on_the_cylinder_and_lead_in():
 
 
 def test_encounters_depend_on_their_number_and_seed_alone():
-    model = made_up_model()
+    model = make_up_model()
     one, again = (sample_encounter(model, 3, QUICK) for _ in range(2))
     np.testing.assert_array_equal(one.position_m, again.position_m)
     assert one.weight == again.weight > 0.0
@@ -114,7 +114,7 @@ def test_encounters_depend_on_their_number_and_seed_alone():
 
 
 def test_reports_lag_no_more_than_a_step_and_tracks_are_straight_between():
-    encounter = sample_encounter(made_up_model(), 5, QUICK)
+    encounter = sample_encounter(make_up_model(), 5, QUICK)
     times = np.array([0.0, 0.1, 0.26, 7.0, 12.34])
     for time_s, exact in zip(times, encounter.at_all(times), strict=True):
         position, _ = encounter.at(float(time_s))
@@ -124,7 +124,7 @@ def test_reports_lag_no_more_than_a_step_and_tracks_are_straight_between():
 
 
 def test_straight_flight_is_what_its_planner_flies():
-    encounter = sample_encounter(made_up_model(), 2, QUICK)
+    encounter = sample_encounter(make_up_model(), 2, QUICK)
     run = fly_model_encounter(encounter, "straight", QUICK)
     own = true_path_m(run, QUICK)
     np.testing.assert_allclose(own[:, 0], QUICK.own_mps * run.time_s, atol=1e-6)
@@ -237,7 +237,7 @@ def test_an_encounter_that_turns_bad_never_lowers_the_upper_end(encounters, at):
 
 @pytest.mark.nightly
 def test_a_study_is_the_same_for_any_number_of_processes():
-    model, kind = made_up_model(), replace(QUICK, within_s=40.0)
+    model, kind = make_up_model(), replace(QUICK, within_s=40.0)
     one = study(model, ["mvp"], range(11), kind)
     two = study(model, ["mvp"], range(11), kind, workers=2)
     assert one.outcomes == two.outcomes
@@ -245,7 +245,7 @@ def test_a_study_is_the_same_for_any_number_of_processes():
 
 
 def test_avoiding_helps():
-    result = study(made_up_model(), ["clearway", "mvp", "velocity-obstacle"], [3, 5, 6])
+    result = study(make_up_model(), ["clearway", "mvp", "velocity-obstacle"], [3, 5, 6])
     met = [outcome for outcome in result.outcomes if outcome.straight.near_collision]
     assert len(met) == 3
     for planner in result.planners:
@@ -269,9 +269,9 @@ def test_impossible_settings_are_named(change, said):
 
 def test_a_study_needs_encounters_and_workers():
     with pytest.raises(ClearwayError, match="encounter"):
-        study(made_up_model(), ["mvp"], [])
+        study(make_up_model(), ["mvp"], [])
     with pytest.raises(ClearwayError, match="workers"):
-        study(made_up_model(), ["mvp"], range(1), workers=0)
+        study(make_up_model(), ["mvp"], range(1), workers=0)
 
 
 def test_the_inner_cylinders_are_those_that_count():

@@ -9,7 +9,7 @@ import pytest
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FOOT_M
-from clearway.studies.encounter_model import made_up_model, step_bins
+from clearway.studies.encounter_model import make_up_model, step_bins
 from clearway.studies.encounter_model.model_file import parse_encounter_model
 from clearway.studies.risk.encounter import sample_encounter
 from clearway.studies.risk.entry import Shells
@@ -152,7 +152,7 @@ def test_a_label_that_tracks_need_is_asked_for():
 
 
 def test_what_falls_enters_a_cylinder_as_high_as_its_warning_needs():
-    assert fit_height(KIND, made_up_model()).half_height_ft == 1500.0
+    assert fit_height(KIND, make_up_model()).half_height_ft == 1500.0
     falling = balloon(layer="0 3000", climb="-12000 -8000")
     assert fit_height(KIND, falling).half_height_ft == 12000.0 * 45.0 / 60.0
 
@@ -197,13 +197,13 @@ def test_needless_manoeuvres_are_those_where_straight_flight_keeps_well_clear():
 
 
 def test_a_manoeuvre_is_what_leaves_straight_flight_and_its_path_is_longer():
-    met = sample_encounter(made_up_model(), 3, KIND)
+    met = sample_encounter(make_up_model(), 3, KIND)
     straight = separation_of(met, "straight", replace(KIND, surveillance="perfect"))[0]
     assert not straight.manoeuvred
     assert straight.extra_path_m == pytest.approx(0.0, abs=1e-6)
-    flown = straight_flights(made_up_model(), KIND, 12).outcomes
+    flown = straight_flights(make_up_model(), KIND, 12).outcomes
     number = next(one.number for one in flown if one.straight.near_collision)
-    avoided = separation_of(sample_encounter(made_up_model(), number, KIND), "clearway", KIND)[0]
+    avoided = separation_of(sample_encounter(make_up_model(), number, KIND), "clearway", KIND)[0]
     assert avoided.manoeuvred
     assert avoided.extra_path_m > 0.0
 

@@ -14,7 +14,7 @@ from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 from clearway.sensors import simulate_scan
 from hand_flights import Cut
 from ros2_for_tests import DOMAIN, cloud, odometry, transform
@@ -106,7 +106,7 @@ class HandRobot:
         while (left := ends - time.monotonic()) > 0.0:
             self.bus.wait(left)
             for came in self.bus.take():
-                self._take(came.topic, unpacked(came.raw, came.type))
+                self._take(came.topic, unpack_cdr(came.raw, came.type))
         self.place = self.place + STEP_S * self.velocity
         gap = float(self.world.distance_m(self.place[None])[0])
         self.nearest_m = min(self.nearest_m, gap)

@@ -53,7 +53,7 @@ def until_contact(made: MadeCrash, *, clouds: bool = True) -> Flown:
 def write_run(made: MadeCrash, folder: Path, *, clouds: bool = True) -> Path:
     """A run folder of `clearway fly --scans`."""
     path = folder / "run"
-    results = ResultsFolder.checked(path, "fly", made.file.mission.name)
+    results = ResultsFolder.check(path, "fly", made.file.mission.name)
     scans = made.scans if clouds else ()
     write_flight(made.run, made.setup, made.file, results, scans=scans)
     return path

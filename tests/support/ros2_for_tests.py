@@ -22,10 +22,10 @@ from clearway.live.link.session import Session
 from clearway.live.mission import Mission
 from clearway.reach import ReachLibrary
 from clearway.ros2.bus import Quality, TopicMessage
-from clearway.ros2.messages import made, pack_message, unpacked
+from clearway.ros2.messages import make_message, pack_message, unpack_cdr
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.ros2_link import Ros2Link
-from clearway.ros2.told import header, point, turned
+from clearway.ros2.told import header, point, turn_into_message
 from clearway.sensors import BeamPattern, Lidar, Mounting
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -64,7 +64,7 @@ class LocalBus:
         self._sent_kinds[topic] = kind
 
     def publish(self, topic: str, raw: bytes) -> bool:
-        self.sent[topic].append(unpacked(raw, self._sent_kinds[topic]))
+        self.sent[topic].append(unpack_cdr(raw, self._sent_kinds[topic]))
         return True
 
     def take(self) -> list[TopicMessage]:
@@ -97,9 +97,11 @@ def odometry(
     child: str = "base_link",
     variance: float = 0.0,
 ) -> Any:
-    message = made("nav_msgs/msg/Odometry", header=header(time_s, frame), child_frame_id=child)
+    message = make_message(
+        "nav_msgs/msg/Odometry", header=header(time_s, frame), child_frame_id=child
+    )
     message.pose.pose.position = point(np.asarray(place, dtype=float))
-    message.pose.pose.orientation = turned(yaw)
+    message.pose.pose.orientation = turn_into_message(yaw)
     message.pose.covariance[::7] = variance
     message.twist.twist.linear.x = speed
     return message
@@ -108,12 +110,12 @@ def odometry(
 def transform(
     child: str, parent: str, place: Any = (0.0, 0.0, 0.0), yaw: float = 0.0, time_s: float = 0.0
 ) -> Any:
-    one = made(
+    one = make_message(
         "geometry_msgs/msg/TransformStamped", header=header(time_s, parent), child_frame_id=child
     )
     one.transform.translation = point(np.asarray(place, dtype=float), "Vector3")
-    one.transform.rotation = turned(yaw)
-    return made("tf2_msgs/msg/TFMessage", transforms=[one])
+    one.transform.rotation = turn_into_message(yaw)
+    return make_message("tf2_msgs/msg/TFMessage", transforms=[one])
 
 
 def cloud(
@@ -139,11 +141,11 @@ def cloud(
         table["t"] = np.round(np.asarray(later_s) * 1e9)
         names.append(("t", 16, 6))
     fields = [
-        made("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
+        make_message("sensor_msgs/msg/PointField", name=name, offset=offset, datatype=kind, count=1)
         for name, offset, kind in names
     ]
     wide = len(points) // rows
-    return made(
+    return make_message(
         "sensor_msgs/msg/PointCloud2", header=header(time_s, frame), height=rows, width=wide,
         fields=fields, is_bigendian=big_endian, point_step=24, row_step=24 * wide,
         data=np.frombuffer(table.tobytes(), dtype=np.uint8),
@@ -156,7 +158,7 @@ def transponder(address: int = 0xABCDEF, **more: Any) -> Any:
         "icao_address": address, "lat": 52.0000719, "lon": 4.3000874, "altitude": 10.0,
         "heading": math.pi, "hor_velocity": 1.0, "flags": 1 | 2 | 4 | 8 | 128, "emitter_type": 14,
     } | more  # fmt: skip
-    return made("px4_msgs/msg/TransponderReport", **told)
+    return make_message("px4_msgs/msg/TransponderReport", **told)
 
 
 class RosBench:

@@ -18,7 +18,7 @@ from clearway.live.link.outcome import TickOutcome
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.ros2.guard_link import GuardLink
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.told import header
 from guarded_flights import planner_for
@@ -36,14 +36,16 @@ EVERY = {
 
 
 def twist(x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: float = 0.0) -> Any:
-    message = made("geometry_msgs/msg/Twist")
+    message = make_message("geometry_msgs/msg/Twist")
     message.linear.x, message.linear.y, message.linear.z = float(x), float(y), float(z)
     message.angular.z = float(turn)
     return message
 
 
 def stamped(frame: str, x: float = 0.0, y: float = 0.0) -> Any:
-    return made("geometry_msgs/msg/TwistStamped", header=header(BEGAN_S, frame), twist=twist(x, y))
+    return make_message(
+        "geometry_msgs/msg/TwistStamped", header=header(BEGAN_S, frame), twist=twist(x, y)
+    )
 
 
 class GuardBench:

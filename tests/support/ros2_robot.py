@@ -23,7 +23,7 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld
 from clearway.ros2.bus import SENSOR, STATIC_TF, USUAL
 from clearway.ros2.dds import DdsBus
-from clearway.ros2.messages import made, pack_message, unpacked
+from clearway.ros2.messages import make_message, pack_message, unpack_cdr
 from clearway.ros2.told import make_stamp, point
 from clearway.sensors import simulate_scan
 from clearway.sim.scripted import Traffic
@@ -81,7 +81,7 @@ class Robot:
         world = CombinedWorld([self.world, bodies])
         scan = simulate_scan(self.lidar, world, state, number)
         self.bus.publish(
-            "/clock", pack_message(made("rosgraph_msgs/msg/Clock", clock=make_stamp(now)))
+            "/clock", pack_message(make_message("rosgraph_msgs/msg/Clock", clock=make_stamp(now)))
         )
         # Missing returns are NaN, as drivers tell them.
         points = np.vstack([scan.points_m, np.full((1, 3), np.nan)])
@@ -91,7 +91,7 @@ class Robot:
             way = self.goal - self.place
             far = float(np.linalg.norm(way))
             velocity = self._level() @ way * min(1.0, far) / max(far, 1e-9)
-            wish = made("geometry_msgs/msg/Twist", linear=point(velocity, "Vector3"))
+            wish = make_message("geometry_msgs/msg/Twist", linear=point(velocity, "Vector3"))
             self.bus.publish("/cmd_vel_in", pack_message(wish))
         time.sleep(0.004)
         own = odometry(now, self.place, self.yaw, 0.0)
@@ -110,7 +110,7 @@ class Robot:
         for at, one in enumerate(self.traffic.reports(mission_s)):
             latitude, longitude, height = geodetic_from_enu(one.position_m, self.origin)
             east, north, up = one.velocity_mps
-            told = made(
+            told = make_message(
                 REPORT, icao_address=0xA00000 + at, lat=latitude, lon=longitude, altitude=height,
                 heading=float(np.arctan2(east, north)), hor_velocity=float(np.hypot(east, north)),
                 ver_velocity=float(up), flags=1 | 2 | 4 | 8 | 128, emitter_type=14,
@@ -137,7 +137,7 @@ class Robot:
         while target is None and time.monotonic() < until:
             self.bus.wait(0.05)
             for came in self.bus.take():
-                told = unpacked(came.raw, TARGET)
+                told = unpack_cdr(came.raw, TARGET)
                 if told.header.stamp.sec + 1e-9 * told.header.stamp.nanosec >= now - 0.05:
                     target = told
         if target is None:
@@ -164,7 +164,7 @@ class Robot:
         while told is None and time.monotonic() < until:
             self.bus.wait(0.05)
             for came in self.bus.take():
-                told = unpacked(came.raw, TWIST)
+                told = unpack_cdr(came.raw, TWIST)
         if told is None:
             return
         self.led += 1

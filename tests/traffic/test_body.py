@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from clearway.base.frames import cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
 from clearway.traffic import Intruder, body_cells, line_cells
-from clearway.traffic.models.ball_cell import cell_distance, cell_parts, filled_share
+from clearway.traffic.models.ball_cell import cell_distance, cell_parts, compute_filled_share
 from clearway.traffic.models.borders import compute_borders
 from clearway.traffic.models.tube import tube_cells
 from intruders_for_tests import KINDS, random_intruder
@@ -124,7 +124,7 @@ def test_filled_share_is_the_share_of_points_in_the_ball(
     i, j, k = (int(n) for n in np.unravel_index(cell, GRID.shape))
     x, y, z = (float(v) for v in GRID.centers_m[cell] + offset)
     parts = cell_parts(GRID, 5000)
-    share, _ = filled_share(x, y, z, radius, (1.0, 0.0, 0.0), (i, j, k), parts)
+    share, _ = compute_filled_share(x, y, z, radius, (1.0, 0.0, 0.0), (i, j, k), parts)
     inside = np.linalg.norm(points_in(GRID, cell, 20_000, cell) - [x, y, z], axis=1) < radius
     assert share == pytest.approx(inside.mean(), abs=0.02)
 
@@ -155,7 +155,7 @@ def test_laws(position: list[float], velocity: list[float], radius: float) -> No
     )
     other = body_cells(GRID, [mirrored]).of(0)
     np.testing.assert_allclose(
-        GRID.shaped(body.probability)[:, ::-1], GRID.shaped(other.probability), atol=0.01
+        GRID.reshape(body.probability)[:, ::-1], GRID.reshape(other.probability), atol=0.01
     )
 
 

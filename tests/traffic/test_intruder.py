@@ -71,7 +71,7 @@ def test_deviation_covers_the_wider_spread_or_the_acceleration() -> None:
 def test_seen_from_keeps_distance_and_speed(position: list[float], attitude: list[float]) -> None:
     state = State(np.array(position), np.array(attitude))
     intruder = Intruder([10, -5, 2], [1, 2, 3], radius_m=0.5)
-    seen = intruder.seen_from(state)
+    seen = intruder.see_from(state)
     assert np.linalg.norm(seen.position_m) == pytest.approx(
         np.linalg.norm(intruder.position_m - state.position_m), abs=1e-9
     )
@@ -88,16 +88,16 @@ def test_many_are_predicted_and_then_seen_from():
         radius_m=0.5, name="A", time_s=1.25, position_std_m=0.3, velocity_std_mps=0.1,
     )  # fmt: skip
     other = Intruder([1.0, 0.0, -7.0], [0.0, 0.0, 0.0], time_s=9.0)
-    once, *_ = both = Intruders.of([report, other]).seen_at(state, state.world_from_body)
-    twice = report.at(4.5).seen_from(state)
+    once, *_ = both = Intruders.of([report, other]).see_at(state, state.world_from_body)
+    twice = report.at(4.5).see_from(state)
     for key in ("position_m", "velocity_mps", "spread_rad"):
         assert getattr(once, key) == pytest.approx(getattr(twice, key), rel=1e-12)
         assert not getattr(once, key).flags.writeable
         # Whoever else is there changes nothing, not by a bit.
-        (alone,) = Intruders.of([report]).seen_at(state, state.world_from_body)
+        (alone,) = Intruders.of([report]).see_at(state, state.world_from_body)
         assert np.array_equal(getattr(once, key), getattr(alone, key))
     assert [each.time_s for each in both] == [4.5, 4.5]
-    assert list(Intruders.of([]).seen_at(state, state.world_from_body)) == []
+    assert list(Intruders.of([]).see_at(state, state.world_from_body)) == []
     for key in ("position_std_m", "velocity_std_mps", "time_s", "name", "radius_m"):
         assert getattr(once, key) == getattr(twice, key)
 
@@ -106,7 +106,7 @@ def test_whole_numbers_are_as_good_as_any():
     """Told without a point, they do not make time and deviation whole numbers too."""
     told = {"radius_m": 1, "time_s": 0, "position_std_m": 1, "velocity_std_mps": 1}
     report = Intruder([40, 5, 0], [-3, 0, 0], **told, acceleration_bound_mps2=2)
-    (seen,) = Intruders.of([report]).seen_at(State(np.zeros(3), time_s=2.5), np.eye(3))
+    (seen,) = Intruders.of([report]).see_at(State(np.zeros(3), time_s=2.5), np.eye(3))
     assert seen.time_s == 2.5
     assert seen.position_std_m == pytest.approx(math.hypot(1.0, 2.5))
 
@@ -119,7 +119,7 @@ def test_many_are_a_sequence_of_each_whether_they_were_moved_or_not():
     assert list(many) == [one, other]
     assert many[-1] is other
     assert many[:1] == [one]
-    seen = many.seen_at(State(np.array([3.0, 0.0, 0.0]), time_s=2.0), np.eye(3))
+    seen = many.see_at(State(np.array([3.0, 0.0, 0.0]), time_s=2.0), np.eye(3))
     for each, row, alone in zip(seen, range(2), (one, other), strict=True):
         assert np.array_equal(each.position_m, seen.position_m[row])
         assert each.position_m == pytest.approx(alone.at(2.0).position_m - [3.0, 0.0, 0.0])

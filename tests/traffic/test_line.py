@@ -86,7 +86,7 @@ def test_zero_velocity_stays_in_its_cell() -> None:
 def test_head_on_through_the_origin() -> None:
     cells = line(GRID, [12, 0, 0], [-1, 0, 0])
     assert met(GRID, cells) == [(i, 3, 2) for i in range(10)]
-    np.testing.assert_allclose(GRID.shaped(cells.entry_s)[:, 3, 2], np.arange(11.0, 1.0, -1.0))
+    np.testing.assert_allclose(GRID.reshape(cells.entry_s)[:, 3, 2], np.arange(11.0, 1.0, -1.0))
     behind = line(ROUND, [12, 0, 0.0], [-1, 0, 0])
     assert behind.dwell_s.sum() == pytest.approx(19.0)
 
@@ -136,8 +136,8 @@ def test_mirrored_lines_have_mirrored_cells() -> None:
     for _ in range(50):
         position, velocity = rng.normal(size=3) * 6, rng.normal(size=3)
         flip = np.array([1, -1, 1])
-        one = GRID.shaped(line(GRID, position, velocity).dwell_s)
-        other = GRID.shaped(line(GRID, position * flip, velocity * flip).dwell_s)
+        one = GRID.reshape(line(GRID, position, velocity).dwell_s)
+        other = GRID.reshape(line(GRID, position * flip, velocity * flip).dwell_s)
         np.testing.assert_allclose(one, other[:, ::-1, :], atol=1e-9)
 
 

@@ -29,9 +29,9 @@ def test_a_turn_is_told_by_its_acceleration(rate_rps):
     heard = Manoeuvres()
     for second in range(4):
         heard.take("a", turning(float(second), rate_rps))
-    shown = heard.shown_by("a", turning(3.0, rate_rps)).manoeuvre_mps2
+    shown = heard.with_manoeuvre("a", turning(3.0, rate_rps)).manoeuvre_mps2
     assert shown == pytest.approx(2.0 * 2.0 * abs(np.sin(rate_rps / 2.0)))
-    assert heard.shown_by("b", turning(3.0, rate_rps)).manoeuvre_mps2 == 0.0
+    assert heard.with_manoeuvre("b", turning(3.0, rate_rps)).manoeuvre_mps2 == 0.0
 
 
 def test_straight_flight_shows_none_and_neither_does_noise_as_stated():
@@ -39,8 +39,8 @@ def test_straight_flight_shows_none_and_neither_does_noise_as_stated():
     for second in range(200):
         heard.take("straight", turning(float(second), 0.0))
         heard.take("noisy", turning(float(second), 0.0, rng=rng, std=0.1))
-    assert heard.shown_by("straight", turning(199.0, 0.0)).manoeuvre_mps2 == 0.0
-    assert heard.shown_by("noisy", turning(199.0, 0.0)).manoeuvre_mps2 < 0.2
+    assert heard.with_manoeuvre("straight", turning(199.0, 0.0)).manoeuvre_mps2 == 0.0
+    assert heard.with_manoeuvre("noisy", turning(199.0, 0.0)).manoeuvre_mps2 < 0.2
 
 
 def test_who_has_turned_is_remembered_for_a_while_and_forgotten_with_its_reports():

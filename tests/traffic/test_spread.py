@@ -223,8 +223,8 @@ def test_mirrored_intruders_have_mirrored_cells(intruder: Intruder) -> None:
     mirrored = Intruder(
         intruder.position_m * flip, intruder.velocity_mps * flip, spread_rad=intruder.spread_rad
     )
-    one = GRID.shaped(spread_cells(GRID, [intruder], UP).of(0).probability)
-    other = GRID.shaped(spread_cells(GRID, [mirrored], UP).of(0).probability)
+    one = GRID.reshape(spread_cells(GRID, [intruder], UP).of(0).probability)
+    other = GRID.reshape(spread_cells(GRID, [mirrored], UP).of(0).probability)
     # Each within 0.015 of the truth, at extreme spreads within 0.03.
     np.testing.assert_allclose(one[:, ::-1], other, atol=0.06)
     assert np.abs(one[:, ::-1] - other).mean() < 0.008

@@ -9,8 +9,8 @@ import pytest
 
 from clearway.base.errors import InputError
 from clearway.traffic.surveillance import SURVEILLANCES, Surveillance, Watch
-from clearway.traffic.tracking.smooth import CLIMB_MPS2, LEVEL_MPS2, begin_track, followed
-from clearway.traffic.tracking.tracks import Report, born
+from clearway.traffic.tracking.smooth import CLIMB_MPS2, LEVEL_MPS2, begin_track, follow_report
+from clearway.traffic.tracking.tracks import Report, begin_heard_track
 
 HOME = np.zeros(3)
 
@@ -84,11 +84,11 @@ def test_smooth_tracks_are_the_tracker_s_where_noise_is_alike() -> None:
     heard = listened(kind, 2, 30.0)
     mine = begin_track(heard[0])
     for axis, push in ((slice(0, 2), LEVEL_MPS2), (slice(2, 3), CLIMB_MPS2)):
-        track = born(1, _report(heard[0]), 1.0)
+        track = begin_heard_track(1, _report(heard[0]), 1.0)
         mine = begin_track(heard[0])
         for one in heard[1:]:
-            track = track.at(one.time_s, push).updated(_report(one))
-            mine = followed(mine, one)
+            track = track.at(one.time_s, push).update(_report(one))
+            mine = follow_report(mine, one)
         rates = slice(axis.start + 3, axis.stop + 3)
         np.testing.assert_allclose(mine.mean[axis], track.mean[axis], rtol=1e-9, atol=1e-6)
         np.testing.assert_allclose(mine.mean[rates], track.mean[rates], rtol=1e-9, atol=1e-6)
@@ -105,8 +105,8 @@ def _report(heard) -> Report:  # type: ignore[no-untyped-def]
 def test_a_long_silence_begins_a_track_anew_and_late_reports_change_nothing() -> None:
     first, *_, last = listened(replace(SURVEILLANCES["ads-b"], lost=0.0), 4, 60.0)
     track = begin_track(first)
-    assert followed(track, last).reports == 1
-    later = followed(track, first)
+    assert follow_report(track, last).reports == 1
+    later = follow_report(track, first)
     assert later is track
 
 

@@ -143,7 +143,7 @@ def test_times_of_a_real_reach_set() -> None:
     # At 1 m/s no cell is entered before its layer is in reach.
     near_m = np.repeat(GRID.range_edges_m[:-1], GRID.columns * GRID.rows)
     assert np.all(times.entry_s >= near_m - 0.02)
-    shaped = GRID.shaped(times.entry_s)
+    shaped = GRID.reshape(times.entry_s)
     np.testing.assert_allclose(shaped, shaped[:, ::-1], atol=1e-6)
 
 

@@ -16,7 +16,7 @@ from clearway.traffic import Intruder, TrackerSettings
 def live(**settings):
     to_fly = Mission("test", State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))
     system = AvoidanceSystem(
-        planner_at(1.0).changed(**{"transponder_address": ""} | settings), to_fly
+        planner_at(1.0).with_values(**{"transponder_address": ""} | settings), to_fly
     )
     system.update(State(np.zeros(3)))
     return system

@@ -33,33 +33,33 @@ motion = st.tuples(*[st.floats(-120.0, 120.0)] * 2, st.floats(-8.0, 8.0)).map(np
 
 
 def test_head_on_is_entered_and_left_a_radius_before_and_after() -> None:
-    begins, ends = PLAIN.shared(np.array([3000.0, 0.0, 0.0]), np.array([-50.0, 0.0, 0.0]))
+    begins, ends = PLAIN.find_shared(np.array([3000.0, 0.0, 0.0]), np.array([-50.0, 0.0, 0.0]))
     assert begins == pytest.approx(48.0)
     assert ends == pytest.approx(72.0)
 
 
 def test_heights_count_too() -> None:
     level = np.array([3000.0, 0.0, 200.0])
-    assert PLAIN.shared(level, np.array([-50.0, 0.0, 0.0]))[0] == math.inf
-    begins, ends = PLAIN.shared(level, np.array([-50.0, 0.0, -2.5]))
+    assert PLAIN.find_shared(level, np.array([-50.0, 0.0, 0.0]))[0] == math.inf
+    begins, ends = PLAIN.find_shared(level, np.array([-50.0, 0.0, -2.5]))
     assert (begins, ends) == pytest.approx((48.0, 72.0))
-    assert PLAIN.shared(level, np.array([-50.0, 0.0, -1.8]))[0] == pytest.approx(120.0 / 1.8)
+    assert PLAIN.find_shared(level, np.array([-50.0, 0.0, -1.8]))[0] == pytest.approx(120.0 / 1.8)
 
 
 def test_modified_tau_is_met_where_its_definition_says() -> None:
     """(D^2 - r^2) / (r . v) = tau, head on: r^2 - tau v r - D^2 = 0."""
     speed = 100.0
     range_m = 0.5 * (35.0 * speed + math.hypot(35.0 * speed, 2.0 * 1200.0))
-    begins, ends = TAU.shared(np.array([20_000.0, 0.0, 0.0]), np.array([-speed, 0.0, 0.0]))
+    begins, ends = TAU.find_shared(np.array([20_000.0, 0.0, 0.0]), np.array([-speed, 0.0, 0.0]))
     assert begins == pytest.approx((20_000.0 - range_m) / speed)
     assert ends == pytest.approx((20_000.0 + 1200.0) / speed)
-    passing = TAU.shared(np.array([20_000.0, 1300.0, 0.0]), np.array([-speed, 0.0, 0.0]))
+    passing = TAU.find_shared(np.array([20_000.0, 1300.0, 0.0]), np.array([-speed, 0.0, 0.0]))
     assert passing == (math.inf, -math.inf), "tau counts for those alone that pass within"
 
 
 @given(place, motion)
 def test_times_are_those_of_a_fine_search(apart: np.ndarray, change: np.ndarray) -> None:
-    begins, ends = PLAIN.shared(apart, change, 100.0)
+    begins, ends = PLAIN.find_shared(apart, change, 100.0)
     times = np.linspace(0.0, 100.0, 4001)
     there = apart + times[:, None] * change
     inside = (np.hypot(there[:, 0], there[:, 1]) <= 600.0) & (np.abs(there[:, 2]) <= 80.0)
@@ -79,15 +79,15 @@ def test_a_larger_volume_is_entered_no_later(
 ) -> None:
     larger = AirVolume("larger", 600.0 + more, 80.0 + more)
     growing = AirVolume("growing", 600.0, 80.0, growth_mps=0.05 * more)
-    begins = PLAIN.shared(apart, change)[0]
-    assert larger.shared(apart, change)[0] <= begins + 1e-9
-    assert growing.shared(apart, change)[0] <= begins + 1e-6
+    begins = PLAIN.find_shared(apart, change)[0]
+    assert larger.find_shared(apart, change)[0] <= begins + 1e-9
+    assert growing.find_shared(apart, change)[0] <= begins + 1e-6
 
 
 @given(place, motion)
 def test_tau_is_never_later_than_its_cylinder(apart: np.ndarray, change: np.ndarray) -> None:
     cylinder = AirVolume("cylinder", TAU.radius_m, TAU.half_height_m)
-    assert TAU.shared(apart, change)[0] <= cylinder.shared(apart, change)[0] + 1e-9
+    assert TAU.find_shared(apart, change)[0] <= cylinder.find_shared(apart, change)[0] + 1e-9
 
 
 def looked(volumes: VolumeSet, ranges: list[float]) -> list[AlertLevel]:

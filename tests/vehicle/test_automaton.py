@@ -39,7 +39,7 @@ def test_the_nine_movements_from_level_flight():
 def test_many_predictions_are_those_of_each_to_the_last_bit(by):
     automaton = {
         "model": PLANE,
-        "table": replace(PLANE, table=PLANE.measured(4)),
+        "table": replace(PLANE, table=PLANE.measure(4)),
         "another model": MovementAutomaton.inertialess(2.0),
     }[by]
     rng = np.random.default_rng(2)
@@ -55,7 +55,7 @@ def test_the_five_movements():
 
 
 def test_table_measured_equals_table_given():
-    measured = PLANE.measured()
+    measured = PLANE.measure()
     for name, expected in LEVEL.items():
         assert measured.row(name) == pytest.approx(expected, abs=6e-7)
     given_rows = MovementTable.from_rows(LEVEL)
@@ -64,7 +64,7 @@ def test_table_measured_equals_table_given():
 
 @pytest.mark.parametrize(("pitch_deg", "error_m"), [(0, 0.0), (30, 0.029), (60, 0.084)])
 def test_table_predictor_is_exact_only_at_level_pitch(pitch_deg, error_m):
-    table = PLANE.measured()
+    table = PLANE.measure()
     state = np.array([1.0, 2.0, 3.0, 0.0, np.radians(pitch_deg), 0.7])
     gaps = [
         np.linalg.norm(table.predict(state, m.name)[:3] - PLANE.predict(state, m)[:3])
@@ -87,7 +87,7 @@ def test_an_automaton_can_fly_by_its_table():
 
 
 def test_table_in_steps_follows_the_arc():
-    table = PLANE.measured(steps=8)
+    table = PLANE.measure(steps=8)
     for share in (0.125, 0.5, 1.0):
         assert table.predict(np.zeros(6), "Left", share) == pytest.approx(
             PLANE.predict(np.zeros(6), PLANE["Left"], share)
@@ -108,16 +108,16 @@ def test_pitch_limit_holds_with_rounding_and_leads_back():
     level = np.zeros(6)
     steep = PLANE.predict(PLANE.predict(level, PLANE["Down"]), PLANE["Down"])
     assert steep[4] == pytest.approx(np.radians(30))
-    barred = {m.name for m in PLANE.movements if not PLANE.allowed(steep, m)}
+    barred = {m.name for m in PLANE.movements if not PLANE.is_allowed(steep, m)}
     assert barred == {"Down", "Down-Left", "Down-Right"}
     beyond = np.array([0, 0, 0, 0, np.radians(40), 0])
-    assert {m.name for m in PLANE.movements if PLANE.allowed(beyond, m)} == {
+    assert {m.name for m in PLANE.movements if PLANE.is_allowed(beyond, m)} == {
         "Up",
         "Up-Left",
         "Up-Right",
     }
     free = MovementAutomaton.plane(pitch_limit_deg=None)
-    assert all(free.allowed(beyond, m) for m in free.movements)
+    assert all(free.is_allowed(beyond, m) for m in free.movements)
 
 
 @pytest.mark.parametrize(
@@ -165,8 +165,8 @@ def test_prediction_is_the_same_wherever_and_whichever_way_one_flies(names):
 def test_forbidden_transitions():
     automaton = MovementAutomaton(PLANE.movements, forbidden=frozenset({("Left", "Right")}))
     left, right = automaton["Left"], automaton["Right"]
-    assert not automaton.allowed(np.zeros(6), right, previous=left)
-    assert automaton.allowed(np.zeros(6), left, previous=right)
+    assert not automaton.is_allowed(np.zeros(6), right, previous=left)
+    assert automaton.is_allowed(np.zeros(6), left, previous=right)
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from clearway.vehicle.buffer import MovementBuffer
 from clearway.vehicle.disturbed import (
     DisturbanceSample,
     add_disturbances,
-    bounded_noise,
-    disturbed_by,
+    disturb,
+    draw_bounded_noise,
     fly_disturbed,
     gust,
     stationary,
@@ -33,7 +33,7 @@ def test_without_disturbance_it_is_the_prediction():
     assert flown.time_s == pytest.approx(predicted.time_s)
     assert flown.states == pytest.approx(predicted.states, abs=1e-9)
     movement = PLANE["Left"]
-    undisturbed = disturbed_by(lambda _: DisturbanceSample())(movement, 0.3)
+    undisturbed = disturb(lambda _: DisturbanceSample())(movement, 0.3)
     assert undisturbed.tolist() == stationary(movement, 0.3).tolist()
 
 
@@ -68,7 +68,7 @@ def test_a_gust_displaces_by_half_its_peak_times_its_duration():
     seed=st.integers(0, 1000),
 )
 def test_bounded_noise_stays_in_the_ball_of_the_prediction(bounds, seed):
-    flown = fly_disturbed(PLANE, BUFFER, START, bounded_noise(bounds, seed), 0.05)
+    flown = fly_disturbed(PLANE, BUFFER, START, draw_bounded_noise(bounds, seed), 0.05)
     still = BUFFER.rollout(PLANE, START, 0.05)
     off = np.linalg.norm(flown.states[:, :3] - still.states[:, :3], axis=1)
     bound = deviation_bound_m(bounds, 5.0, flown.time_s - 3.0)
@@ -76,12 +76,12 @@ def test_bounded_noise_stays_in_the_ball_of_the_prediction(bounds, seed):
 
 
 def test_noise_is_a_function_of_seed_and_time():
-    noise = bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 7)
-    again = bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 7)
+    noise = draw_bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 7)
+    again = draw_bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 7)
     assert noise(1.23) == again(1.23) == noise(1.21)
     assert noise(1.23) != noise(1.33)
     assert noise(-0.05) == again(-0.05)
-    assert noise(1.23) != bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 8)(1.23)
+    assert noise(1.23) != draw_bounded_noise(NoiseBounds(speed_mps=1.0, drift_mps=1.0), 8)(1.23)
 
 
 def test_disturbances_add_up():
@@ -94,10 +94,10 @@ def test_disturbances_add_up():
     [
         lambda: steady_wind([np.nan, 0, 0]),
         lambda: gust([1, 0, 0], 0.0, 0.0),
-        lambda: bounded_noise(NoiseBounds(), 0, 0.0),
+        lambda: draw_bounded_noise(NoiseBounds(), 0, 0.0),
         lambda: fly_disturbed(PLANE, BUFFER, START, steady_wind([0, 0, 0]), 0.0),
         lambda: fly_disturbed(
-            MovementAutomaton(PLANE.movements, table=PLANE.measured()),
+            MovementAutomaton(PLANE.movements, table=PLANE.measure()),
             BUFFER,
             START,
             steady_wind([0, 0, 0]),

@@ -38,10 +38,10 @@ def test_legs_between_two_times_are_what_two_splits_leave(names, start_s, lasts_
 
 def test_chaining_flushes_what_is_left():
     first = buffer("Left", "Left", "Left")
-    chain = first.chained(buffer("Right", start_s=1.5))
+    chain = first.chain(buffer("Right", start_s=1.5))
     assert chain.names == ("Left", "Left", "Right")
     assert [entry.duration_s for entry in chain.entries] == [1.0, 0.5, 1.0]
-    assert first.chained(MovementBuffer()) is first
+    assert first.chain(MovementBuffer()) is first
 
 
 def test_the_movement_at_a_time():
@@ -67,4 +67,4 @@ def test_gaps_and_empty_entries_are_refused():
     with pytest.raises(ClearwayError, match="no duration"):
         MovementBuffer((BufferedMovement(left, 0.0, 0.0),))
     with pytest.raises(ClearwayError, match="starts at"):
-        buffer("Left").chained(buffer("Left", start_s=3.0))
+        buffer("Left").chain(buffer("Left", start_s=3.0))

@@ -11,7 +11,7 @@ from clearway.base.errors import ClearwayError
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.prediction import (
     NoiseBounds,
-    corrected_movement,
+    correct_movement,
     deviation_bound_m,
     deviation_rate,
     needs_correction,
@@ -45,7 +45,7 @@ def test_corrected_movement_ends_in_the_predicted_attitude(pitch_off, yaw_off, n
     movement = PLANE[name]
     predicted = np.array([0, 0, 0, 0, 0, 1.0])
     state = np.array([0, 0, 0, 0, pitch_off, 1.0 + yaw_off])
-    corrected = corrected_movement(PLANE, movement, state, predicted)
+    corrected = correct_movement(PLANE, movement, state, predicted)
     end = PLANE.predict(state, corrected)
     assert end[4:] == pytest.approx(PLANE.predict(predicted, movement)[4:], abs=1e-9)
     assert (corrected.name, corrected.speed_mps) == (name, movement.speed_mps)
@@ -54,13 +54,13 @@ def test_corrected_movement_ends_in_the_predicted_attitude(pitch_off, yaw_off, n
 def test_correction_stays_within_its_limits():
     movement = PLANE["Left"]
     state = np.array([0, 0, 0, 0, 0, -1.0])
-    corrected = corrected_movement(PLANE, movement, state, np.zeros(6), rate_limit_rps=0.3)
+    corrected = correct_movement(PLANE, movement, state, np.zeros(6), rate_limit_rps=0.3)
     assert corrected.yaw_rate_rps == pytest.approx(0.3)
     steep = np.array([0, 0, 0, 0, np.radians(29), 0])
-    pushed = corrected_movement(PLANE, PLANE["Down"], steep, steep)
+    pushed = correct_movement(PLANE, PLANE["Down"], steep, steep)
     assert PLANE.predict(steep, pushed)[4] == pytest.approx(np.radians(30))
     beyond = np.array([0, 0, 0, 0, np.radians(40), 0])
-    held = corrected_movement(PLANE, PLANE["Down"], beyond, beyond)
+    held = correct_movement(PLANE, PLANE["Down"], beyond, beyond)
     assert PLANE.predict(beyond, held)[4] <= beyond[4] + 1e-12
 
 

@@ -87,7 +87,7 @@ def test_velocity_is_continuous_where_one_movement_follows_another(speed_mps: fl
         end = automaton.predict(state, movement)
         last = Reference.of(automaton, state, movement, movement.duration_s)
         for following in automaton.movements:
-            if automaton.allowed(end, following):
+            if automaton.is_allowed(end, following):
                 first = Reference.of(automaton, end, following, 0.0)
                 np.testing.assert_allclose(first.velocity_mps, last.velocity_mps, atol=1e-9)
         assert np.linalg.norm(last.acceleration_mps2[:2]) <= 4.0 + 1e-9

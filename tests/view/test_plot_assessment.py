@@ -64,7 +64,7 @@ def test_every_cell_of_every_row_is_drawn(tmp_path: Path, grid: dict[str, Any]) 
     )
     assert list(figures) == ["reachability", "obstacle", "visibility"]
     shape = assessment.scene.grid
-    values = shape.shaped(assessment.cells.obstacle)
+    values = shape.reshape(assessment.cells.obstacle)
     figure = figures["obstacle"]
     rows = [axes for axes in figure.axes if axes.get_title().startswith("Row")]
     assert len(rows) == shape.rows

@@ -26,7 +26,7 @@ from clearway.missions.mission_place import MissionPlace
 from clearway.missions.run_files import decision_record
 from clearway.sensors import Scan
 from clearway.view.replay import schemas
-from clearway.view.replay.about import surveyed_points
+from clearway.view.replay.about import list_surveyed_points
 from clearway.view.replay.entities import quaternion
 from clearway.view.replay.foxglove_layout import foxglove_layout
 from clearway.view.replay.messages import intruders_message, voxel_centers
@@ -356,8 +356,8 @@ def test_a_surveyed_world_is_thinned():
     from clearway.obstacles.world import CombinedWorld
 
     points = np.random.default_rng(3).uniform(0.0, 20.0, (150_000, 3))
-    thinned = surveyed_points(CombinedWorld([PointWorld(points, 0.1)]))
+    thinned = list_surveyed_points(CombinedWorld([PointWorld(points, 0.1)]))
     assert 20_000 < len(thinned) <= 60_000
     assert {tuple(point) for point in thinned} <= {tuple(point) for point in points}
     assert len(np.unique(np.floor(thinned / 4.0), axis=0)) == 125  # Some of every part of it.
-    assert surveyed_points(flown(SHORT).setup.world).shape == (0, 3)
+    assert list_surveyed_points(flown(SHORT).setup.world).shape == (0, 3)

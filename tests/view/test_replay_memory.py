@@ -60,6 +60,6 @@ def test_packed_arrays_come_back_to_the_bit() -> None:
     rng = np.random.default_rng(1)
     arrays = (rng.normal(size=(7, 3)), rng.uniform(size=5) < 0.5, np.zeros((0, 3)), np.arange(4))
     arrays[0][0] = np.nan, np.inf, -0.0
-    for before, after in zip(arrays, PackedArrays.of(*arrays).unpacked(), strict=True):
+    for before, after in zip(arrays, PackedArrays.of(*arrays).unpack(), strict=True):
         assert before.tobytes() == after.tobytes()
         assert (before.dtype, before.shape) == (after.dtype, after.shape)

@@ -452,7 +452,7 @@ def test_on_a_narrow_screen_the_time_line_has_the_whole_width(browser, address):
 def test_a_copter_shows_its_speed_sight_and_escape(tmp_path):
     if chromium() is None:
         pytest.skip("no Chromium to look at the page with")
-    setup = prepare(read_mission("copter-columns").changed("simulation", time_limit_s=8.2))
+    setup = prepare(read_mission("copter-columns").with_values("simulation", time_limit_s=8.2))
     write_mcap(setup.fly(), setup, "", tmp_path / "run.mcap")
     recording = read_run(tmp_path / "run.mcap")
     made = recording.decisions[9]

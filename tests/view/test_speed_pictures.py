@@ -18,7 +18,7 @@ from whole_pictures import flaws_of
 @cache
 def flown() -> Run:
     mission = cw.read_mission("copter-columns")
-    return cw.fly(mission.changed("simulation", time_limit_s=4.4))
+    return cw.fly(mission.with_values("simulation", time_limit_s=4.4))
 
 
 def legend_of(figure) -> set[str]:
@@ -66,7 +66,7 @@ def test_distances_are_those_of_the_ways():
 
 
 def test_a_plane_is_drawn_as_before():
-    run = cw.fly(cw.read_mission("static-obstacles").changed("simulation", time_limit_s=3.0))
+    run = cw.fly(cw.read_mission("static-obstacles").with_values("simulation", time_limit_s=3.0))
     assert not has_speeds(run)
     assert "executed" in legend_of(cw.draw_flight(run))
     assert has_speeds(flown())

@@ -50,7 +50,7 @@ def test_the_style_ends_with_its_block() -> None:
 @pytest.mark.parametrize(("form", "dpi", "told"), [("jpeg", 100, "--format"), ("png", 5, "--dpi")])
 def test_what_is_no_format_is_refused(form: str, dpi: int, told: str) -> None:
     with pytest.raises(InputError, match=told):
-        Pictures.checked(form, dpi)
+        Pictures.check(form, dpi)
 
 
 @pytest.mark.nightly

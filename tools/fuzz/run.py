@@ -153,7 +153,7 @@ def _flights_interrupted() -> Iterator[None]:
     import clearway.cli.risk as risk
     import clearway.studies.campaigns.engines as engines
 
-    flown, studied, processes = fly.flown_with_bar, risk._flown, engines.make_process_engine
+    flown, studied, processes = fly.fly_with_bar, risk._fly_with_bar, engines.make_process_engine
 
     def interrupted(*given: Any) -> Any:
         signal.setitimer(signal.ITIMER_REAL, INTERRUPTED_S)
@@ -168,8 +168,8 @@ def _flights_interrupted() -> Iterator[None]:
     # What is raised in a callback of the garbage collector, as hypothesis has one, goes nowhere.
     callbacks, gc.callbacks[:] = gc.callbacks[:], []
     before = signal.signal(signal.SIGALRM, interrupt)
-    fly.flown_with_bar = interrupted  # type: ignore[assignment]
-    risk._flown = ended  # type: ignore[assignment]
+    fly.fly_with_bar = interrupted  # type: ignore[assignment]
+    risk._fly_with_bar = ended  # type: ignore[assignment]
     engines.make_process_engine = lambda _: ended  # type: ignore[assignment]
     try:
         yield
@@ -177,4 +177,8 @@ def _flights_interrupted() -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
         gc.callbacks[:] = callbacks
-        fly.flown_with_bar, risk._flown, engines.make_process_engine = flown, studied, processes
+        fly.fly_with_bar, risk._fly_with_bar, engines.make_process_engine = (
+            flown,
+            studied,
+            processes,
+        )

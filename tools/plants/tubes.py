@@ -23,7 +23,7 @@ def measured(
 ) -> Iterator[tuple[str, CopterLimits, MeasuredCopter]]:
     """Each plant at its own acceleration, in gusts."""
     for name in names:
-        kind = PLANTS.named(name)
+        kind = PLANTS.find(name)
         if kind.copter is None:
             continue
         for gusts in GUSTS_MPS:

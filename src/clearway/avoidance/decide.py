@@ -13,10 +13,10 @@ from dataclasses import replace
 from clearway.avoidance.choose.candidates import Commitment, price_candidates
 from clearway.avoidance.choose.chosen import Choice
 from clearway.avoidance.choose.fall_back import FallBack
-from clearway.avoidance.choose.from_here import FromHere, near_from, prepared_from
+from clearway.avoidance.choose.from_here import FromHere, near_from, prepare_here
 from clearway.avoidance.choose.in_force import InForce, in_force
 from clearway.avoidance.choose.leaving import Leaving, Taken
-from clearway.avoidance.choose.passing import noted, passings_after
+from clearway.avoidance.choose.passing import note_passing, passings_after
 from clearway.avoidance.clear.hazards import Hazards
 from clearway.avoidance.decision import Decision
 from clearway.avoidance.escape.finder import WaysOut
@@ -67,7 +67,7 @@ def decide(
     _check_grids(planner, situation)
     before, settings = commitment or Commitment(), planner.settings
     # What can be flown from here, where to, and what stands and moves around.
-    prepared = prepared_from(planner, situation)
+    prepared = prepare_here(planner, situation)
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     near = near_from(planner, situation, prepared)
     # Sense and inflate: what sensors, map and intruders say of every cell, (5.36) to (5.53), and
@@ -136,7 +136,7 @@ def choose_for_manoeuvres(hazards: Hazards, choose_with: Callable[[Hazards], Tak
 def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Taken) -> Decision:
     """What was taken, with all that it was taken from."""
     rated, before, finishes = leaving.rated, leaving.before, taken.finishes
-    choice, near = taken.choice.noted(), rated.near
+    choice, near = taken.choice.with_rule_notes(), rated.near
     movements = rated.prepared.reach_set.movements_to(choice.node)
     if finishes:
         movements, within_s = (finishes.movement,), finishes.left_s
@@ -144,7 +144,7 @@ def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Tak
         within_s = _decide_within(leaving, choice)
     return Decision(
         state=situation.state,
-        choice=replace(choice, rules=noted(choice.rules)) if choice.rules else choice,
+        choice=replace(choice, rules=note_passing(choice.rules)) if choice.rules else choice,
         movements=movements,
         goal=leaving.goal,
         margin_m=near.margin_m,
@@ -156,7 +156,7 @@ def _decision(situation: Situation, rules: InForce, leaving: Leaving, taken: Tak
         way_out=taken.way_out,
         no_way_out=taken.banned,
         wind_mps=situation.wind_mps,
-        long_range=None if rules.afar is None else rules.afar.told(choice.node),
+        long_range=None if rules.afar is None else rules.afar.describe_node(choice.node),
         ways=leaving.ways if leaving.planner.automaton.has_inertia else None,
     )
 

@@ -58,15 +58,15 @@ class Decision:
     way_out: WayOut | None = None
     """What is flown from the end of the first movement on if no later decision finds better."""
     no_way_out: tuple[str, ...] = ()
-    """First movements after which no way out was found."""
+    """First movements after which no escape was found."""
     wind_mps: FloatArray = field(default_factory=lambda: CALM)
     """[3] wind that was reckoned with, world frame."""
     long_range: LongRangeChoice | None = None
     """What it comes to in the next minute: side, sense, speed and reason; None where no volumes are
-    kept, or nobody is heard of."""
+    kept, or nothing is reported."""
     under_way_s: float | None = None
     """What is left of the first movement, where a decision in the middle of one finds nothing
-    better than to finish it and fly the way out; else None."""
+    better than to finish it and fly the escape; else None."""
     ways: WaysOut | None = field(default=None, repr=False)
     """What looked for escapes, of a vehicle with inertia: tells later why it was no faster. Past
     decisions do not keep it."""
@@ -100,12 +100,12 @@ class Decision:
 
     @property
     def escapes(self) -> bool:
-        """Whether the way out is what is flown now."""
+        """Whether the escape is what is flown now."""
         return self.choice.basis is Basis.WAY_OUT
 
     @property
     def goes_narrow(self) -> bool:
-        """Whether it leads, as the mission allows, where there is no way out."""
+        """Whether it leads, as the mission allows, where there is no escape."""
         return self.choice.basis is Basis.NARROW
 
     @cached_property
@@ -134,8 +134,8 @@ class Decision:
 
     @property
     def way_out_path_m(self) -> FloatArray:
-        """[points, 3] the way out from where it begins, up to the end of its first round, world
-        frame; none where there is no way out."""
+        """[points, 3] the escape from where it begins, up to the end of its first round, world
+        frame; none where there is no escape."""
         way = self.way_out
         if way is None or not len(way.path_m):
             return np.zeros((0, 3))
@@ -173,7 +173,7 @@ class Decision:
         return one_line("Decision", (runs(self.movements), *self._facts.values()))
 
     def _repr_html_(self) -> str:
-        """For notebooks: what is flown and why; plan, way out and returns from above."""
+        """For notebooks: what is flown and why; plan, escape and returns from above."""
         marks = [
             Marks(self.seen_m, "#c0392b", joined=False),
             Marks(self.way_out_path_m, "#088c82", dashed=True),
@@ -193,7 +193,7 @@ class Decision:
 
     @property
     def _ways(self) -> dict[str, str]:
-        """What notebooks tell of ways out; nothing where none is asked for."""
+        """What notebooks tell of escapes; nothing where none is asked for."""
         told = {}
         if self.way_out is not None:
             way, round_ = self.way_out, f"then {runs(self.way_out.loop)} again and again"

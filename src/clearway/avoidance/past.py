@@ -1,8 +1,8 @@
-"""A decision that is past: all that is told of it, in a fraction of the memory.
+"""A decision that is past: all that is reported of it, in a fraction of the memory.
 
 Most of what a decision was derived from is the returns that it kept clear of: hundreds of
 kilobytes. Of a past one they are merged in voxels. Evidence is packed without loss. What follows
-from it, from the own state and from the map is worked out again when somebody asks.
+from it, from the own state estimate and from the map is worked out again when somebody asks.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class PastGrounds:
     def cells(self) -> CellAssessment:
         """What was known of the cells."""
         planner, settings = self.planner, self.planner.settings
-        evidence = Evidence(planner.grid, *self.evidence.unpacked())
+        evidence = Evidence(planner.grid, *self.evidence.unpack())
         return assess_cells(
             evidence, planner.cell_rating, settings.unknown, settings.unknown_unseen
         )
@@ -112,7 +112,8 @@ class PastGrounds:
 
 
 def past(decision: Decision) -> Decision:
-    """The same decision with little memory: equal in all that is told of it but single returns."""
+    """The same decision with little memory: equal in all that is reported of it but single
+    returns."""
     if not isinstance(decision.hazards, PastHazards):
         found, evidence, hazards = decision.found_again, decision.cells.evidence, decision.hazards
         planner = found.planner
@@ -126,7 +127,7 @@ def past(decision: Decision) -> Decision:
                 evidence.coated,
                 evidence.seen,
             ),
-            found.prepared,
+            found.prepare_reach_set,
             PastHazards(decision.state.time_s, found.shapes, hazards.moving, hazards.left_out_m),
             PackedVoxels.of(decision.seen_m, planner.grid.range_m / VOXELS_IN_RANGE),
         )
@@ -142,21 +143,22 @@ def past(decision: Decision) -> Decision:
 
 
 def _past_choice(choice: Choice, grounds: PastGrounds) -> Choice:
-    """The same choice; what is told of it is worked out while what it was made from is at hand."""
+    """The same choice; what is reported of it is worked out while what it was made from is at
+    hand."""
     told = replace(choice, grounds=grounds, tried=NOTHING_TRIED)
     told.__dict__.update({name: getattr(choice, name) for name in Choice.TOLD})
     return told
 
 
 def _past_way(way: WayOut | None) -> WayOut | None:
-    """The same way out, with its places instead of what they were worked out from."""
+    """The same escape, with its places instead of what they were worked out from."""
     if way is None:
         return None
     return replace(way, leads=partial(_only, PackedArrays.of(way.path_m)))
 
 
 def _only(packed: PackedArrays) -> FloatArray:
-    (array,) = packed.unpacked()
+    (array,) = packed.unpack()
     return array
 
 
@@ -165,7 +167,7 @@ def bytes_of(decision: Decision) -> int:
     points, paths = decision.hazards.points, decision.prepared.paths
     returns = points.position_m.nbytes + points.radius_m.nbytes
     sets = decision.found_again.planner.prepared_sets
-    made = sets.made() if isinstance(sets, Lazily) else sets
+    made = sets.iterate_made() if isinstance(sets, Lazily) else sets
     shared = any(paths is one.paths for _, one in made)
     own = 0 if shared else paths.samples_m.nbytes + paths.sagitta_m.nbytes
     return SMALL_BYTES + int(OF_RETURNS * returns + OF_PATHS * own)

@@ -29,7 +29,7 @@ from clearway.base.grid_frame import GridFrame
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import IntArray, State
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.reach.flown import flown_from, is_flown, turns_of
+from clearway.reach.flown import fly_reach_set, is_flown, turns_of
 from clearway.reach.sets import build_reach_set
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.reach.tree import ReachSet
@@ -255,7 +255,7 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
         reach_of(paths_of(reach_set), scene.grid.range_m),
         max(scene.grid.range_m / scene.speed_mps, float(reach_set.end_time_s.max())),
     )
-    intruders = intruder_cells(scene, near, _counted(scene, reach_set))
+    intruders = intruder_cells(scene, near, _count_intruders(scene, reach_set))
     evidence, settings = evidence_of(scene, situation, near, intruders), scene.settings
     cells = assess_cells(evidence, scene.cell_rating, settings.unknown, settings.unknown_unseen)
     return SceneAssessment(
@@ -270,7 +270,7 @@ def assess_scene(scene: Scene, notice: Notice | None = None) -> SceneAssessment:
 
 
 def situation_of(scene: Scene) -> Situation:
-    """The scene as a decision would be told of it; its waypoint is where the vehicle is."""
+    """The scene as it would be reported to a decision; its waypoint is where the vehicle is."""
     state = scene.state
     grid_from_body = GridFrame.of(state).grid_from_body(state)
     detections = tuple(
@@ -346,7 +346,7 @@ def _as_flown(
     roll, pitch, _ = scene.state.attitude_rad.tolist()
     if pitch_rad is not None or is_flown(reach_set, automaton, roll, pitch):
         return reach_set
-    return flown_from(reach_set, turns_of(reach_set), automaton, roll, pitch).reach_set
+    return fly_reach_set(reach_set, turns_of(reach_set), automaton, roll, pitch).reach_set
 
 
 def _vehicle_times(scene: Scene, reach_set: ReachSet) -> VehicleTimes:
@@ -355,7 +355,7 @@ def _vehicle_times(scene: Scene, reach_set: ReachSet) -> VehicleTimes:
     return radial_vehicle_times(scene.grid, scene.timing.speed_mps or scene.speed_mps)
 
 
-def _counted(scene: Scene, reach_set: ReachSet) -> tuple[CountedAs, ...]:
+def _count_intruders(scene: Scene, reach_set: ReachSet) -> tuple[CountedAs, ...]:
     """How each intruder of a scene is counted."""
     times = _vehicle_times(scene, reach_set)
     return tuple(

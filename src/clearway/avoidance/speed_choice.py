@@ -105,7 +105,7 @@ def explain_speed(terms: SpeedTerms) -> SpeedChoice | None:
         return None
     at = classes.class_at(float(terms.state.attitude_rad[0]))
     if terms.flies_escape:
-        ends = _flown_classes(classes, at, terms.movements)
+        ends = _find_flown_classes(classes, at, terms.movements)
     else:
         reach_set = terms.choice.grounds.prepared.reach_set
         ends = classes.classes_at(reach_set.states[reach_set.path(terms.choice.node), 3])
@@ -115,7 +115,7 @@ def explain_speed(terms: SpeedTerms) -> SpeedChoice | None:
     return SpeedChoice(float(speeds[at]), plan[0], plan, float(speeds.max()), limit)
 
 
-def _flown_classes(classes: ClassTable, at: int, movements: tuple[str, ...]) -> IntArray:
+def _find_flown_classes(classes: ClassTable, at: int, movements: tuple[str, ...]) -> IntArray:
     """[n] classes at the ends of movements."""
     ends = []
     for name in movements:

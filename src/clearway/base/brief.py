@@ -79,7 +79,7 @@ def _collection(values: Sized) -> str:
 
 
 def _usual(field: Field[Any], value: object) -> bool:
-    """Whether a field has its default, as far as that is told by looking."""
+    """Whether a field has its default, as far as looking tells."""
     inner = getattr(value, field.name)
     if field.default is not MISSING:
         usual = field.default

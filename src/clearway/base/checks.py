@@ -20,7 +20,7 @@ from clearway.base.errors import ClearwayError
 Kind = TypeVar("Kind")
 
 LARGEST = 1e9
-"""Nothing that is said in metres, metres a second or radians is larger."""
+"""Nothing that is stated in metres, metres a second or radians is larger."""
 LATEST_S = 1e11
 """No time is farther from its epoch: seconds since 1970 fit, milliseconds do not."""
 HIGHEST_M = 1e5
@@ -36,13 +36,13 @@ def number_problem(name: str, value: Any, low: float = 0.0, high: float = LARGES
             return None
     except (TypeError, ValueError):
         pass
-    return f"{name}: must be a number from {low:g} to {high:g}, got {_shown(value)}"
+    return f"{name}: must be a number from {low:g} to {high:g}, got {_show(value)}"
 
 
 def above_zero_problem(name: str, value: Any, high: float = LARGEST) -> str | None:
     """What keeps a value from being a number above 0."""
     problem = number_problem(name, value, 0.0, high)
-    return problem or (f"{name}: must be above 0, got {_shown(value)}" if value == 0.0 else None)
+    return problem or (f"{name}: must be above 0, got {_show(value)}" if value == 0.0 else None)
 
 
 def time_problem(name: str, value: Any) -> str | None:
@@ -71,14 +71,14 @@ def vector_problem(name: str, values: Any, length: int, largest: float = LARGEST
     except (TypeError, ValueError, OverflowError):
         pass
     finite = f"{length} finite numbers, at most {largest:g}, are needed"
-    return f"{name}: {finite}, got {_shown(values)}"
+    return f"{name}: {finite}, got {_show(values)}"
 
 
 def span_problem(name: str, values: Any) -> str | None:
     """What keeps values from being two heights, the lower one first."""
     problem = vector_problem(name, values, 2)
     if problem is None and not values[0] < values[1]:
-        problem = f"{name}: the lower height comes first, got {_shown(values)}"
+        problem = f"{name}: the lower height comes first, got {_show(values)}"
     return problem
 
 
@@ -96,7 +96,7 @@ def array_problem(
     if not fits or any(
         asked not in (None, length) for asked, length in zip(shape, found or (), strict=True)
     ):
-        return f"{name}: must have shape {wanted}, got {_shown(found)}"
+        return f"{name}: must have shape {wanted}, got {_show(found)}"
     try:
         # The extremes of an array with NaN are NaN, which is within nothing.
         if not values.size or (low <= values.min() and values.max() <= high):
@@ -120,7 +120,7 @@ def check_points(name: str, values: Any) -> FloatArray:
     try:
         points = np.array(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
     except (TypeError, ValueError) as cause:
-        raise ClearwayError(f"{name}: places [n, 3] are needed, got {_shown(values)}") from cause
+        raise ClearwayError(f"{name}: places [n, 3] are needed, got {_show(values)}") from cause
     if not points.size and points.shape in ((0,), (0, 3)):
         return np.zeros((0, 3))
     if points.shape == (3,):
@@ -165,10 +165,10 @@ def collect_problems(problems: Iterable[str | None]) -> list[str]:
 def positive(name: str, value: float) -> float:
     """The value; raises ClearwayError for what is no finite number above 0."""
     if not (isinstance(value, (int, float, np.number)) and 0.0 < value < np.inf):
-        raise ClearwayError(f"{name}: must be a finite number above 0, got {_shown(value)}")
+        raise ClearwayError(f"{name}: must be a finite number above 0, got {_show(value)}")
     return value
 
 
-def _shown(value: Any) -> str:
+def _show(value: Any) -> str:
     text = repr(value.tolist() if isinstance(value, np.ndarray) and value.size < 10 else value)
     return text if len(text) <= SHOWN else text[:SHOWN] + "..."

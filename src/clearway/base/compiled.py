@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.core_file import CoreError, compiled_loop
+from clearway.base.core_file import CoreError, find_compiled_loop
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,7 +30,7 @@ def compiled(function: Function) -> Function:
     Raises CoreError where the core, or what CLEARWAY_CORE names, cannot be used.
     """
     if not CORE:
-        return cast(Function, compiled_loop(function))
+        return cast(Function, find_compiled_loop(function))
     if CORE not in OTHERS:
         raise CoreError(f"CLEARWAY_CORE={CORE}: type one of {', '.join(OTHERS)}, or unset it")
     if CORE == "python":
@@ -56,7 +56,7 @@ def make_plain_array(
     return np.array(values, dtype=dtype, order="C")
 
 
-def sealed(fresh: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def seal(fresh: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return an array that nobody else writes, from now on read only."""
     fresh.setflags(write=False)
     return fresh

@@ -30,7 +30,7 @@ class CoreError(ClearwayError):
     """The compiled core cannot be used; says why and what to type."""
 
 
-def compiled_loop(function: Any) -> Any:
+def find_compiled_loop(function: Any) -> Any:
     """Return the loop of the core for a function; raises CoreError where the core has none such.
 
     A loop that loops alone call is in the core, but not for Python: then the function itself.
@@ -50,7 +50,7 @@ def loop_names() -> frozenset[str]:
 @cache
 def load_core(base: Path = BASE) -> Any:
     """Return the compiled core; raises CoreError if it is absent, stale or of another machine."""
-    changed = changed_sources(base / STAMP, base.parent.parent)
+    changed = find_changed_sources(base / STAMP, base.parent.parent)
     if changed and (base / CORE).is_file():
         more = f" and {len(changed) - 1} more" if changed[1:] else ""
         raise CoreError(
@@ -79,7 +79,7 @@ def is_cut_off(core: Path) -> bool:
     return len(head) < 64 or core.stat().st_size < tables + size * count
 
 
-def changed_sources(stamp: Path, source: Path) -> list[str]:
+def find_changed_sources(stamp: Path, source: Path) -> list[str]:
     """Return the files that differ from what the core was made of; none where there is no stamp.
 
     Only an editable install has a stamp. A file is read only where its time of change differs.

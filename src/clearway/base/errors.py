@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
-from clearway.base.plain_text import make_printable, shortened
+from clearway.base.plain_text import make_printable, shorten_problems
 from clearway.base.suggest import file_nearby
 
 MOST_SHOWN = 70
@@ -37,7 +37,7 @@ class InputError(ClearwayError):
     def __init__(self, source: str, problems: str | Sequence[str]) -> None:
         self.source = source
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
-        super().__init__(shortened(make_printable(source, ""), self.problems))
+        super().__init__(shorten_problems(make_printable(source, ""), self.problems))
 
     def __repr__(self) -> str:
         """One line: the source, the first problem and how many more; `str` has all of them."""

@@ -1,7 +1,7 @@
 """The avoidance grid (4.18): polar cells in front of the vehicle, uniform or not.
 
 Cells are indexed [layer][column][row]: near to far, azimuth ascending (last is left), elevation
-ascending (last is top). Per-cell arrays elsewhere are flat, [cells], in that order; `shaped`
+ascending (last is top). Per-cell arrays elsewhere are flat, [cells], in that order; `reshape`
 gives them their three axes. `grid_frame` says where it sits at the time of decision.
 """
 
@@ -183,7 +183,7 @@ class AvoidanceGrid:
             raise ClearwayError(f"grid: points must have shape [n, 3], got {list(points.shape)}")
         return _cells_of(points.reshape(-1, 3), self.edges).reshape(points.shape[:-1])
 
-    def shaped(self, per_cell: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+    def reshape(self, per_cell: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
         """A [cells] array as [layers, columns, rows]."""
         return per_cell.reshape(self.shape)
 

@@ -13,7 +13,8 @@ from clearway.base.state import State
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridFrame:
-    """The frame of the avoidance grid at an own state: its place, pitch and yaw, roll left out."""
+    """The frame of the avoidance grid at an own state estimate: its place, pitch and yaw, roll left
+    out."""
 
     origin_m: FloatArray
     """[3] world frame."""

@@ -58,7 +58,7 @@ def poisson_sum(weights: npt.ArrayLike, unseen: float, confidence: float = CONFI
     return Interval(total, low, high)
 
 
-def weighted_share(
+def bound_weighted_share(
     bad: npt.ArrayLike, weights: npt.ArrayLike, confidence: float = CONFIDENCE
 ) -> Interval:
     """Share of the weight of trials [n] that is bad [n], as Korn and Graubard (1998) bound it.

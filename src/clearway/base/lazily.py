@@ -35,6 +35,6 @@ class Lazily(Sequence[T]):
         """Return whether an item is made already."""
         return self._items[at] is not None
 
-    def made(self) -> Iterator[T]:
+    def iterate_made(self) -> Iterator[T]:
         """Return the items that are made already."""
         return (item for item in self._items if item is not None)

@@ -57,14 +57,14 @@ def sketch_from_above(marks: Sequence[Marks]) -> str:
         step = max(1, -(-len(cloud) // MOST_PLACES))
         kept = np.concatenate([cloud[::step], cloud[-1:]]) if len(cloud) else cloud
         x, y = SPARE + (kept[:, 0] - low[0]) * scale, SPARE + (high[1] - kept[:, 1]) * scale
-        parts.append(_drawn(mark, [f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True)]))
+        parts.append(_draw(mark, [f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True)]))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}">{"".join(parts)}</svg>'
     )
 
 
-def _drawn(mark: Marks, places: Sequence[str]) -> str:
+def _draw(mark: Marks, places: Sequence[str]) -> str:
     if mark.joined:
         dashes = ' stroke-dasharray="4 3"' if mark.dashed else ""
         return (

@@ -1,7 +1,7 @@
 """Functions of users, named `module:name` or `file.py:name` where clearway's own have a name.
 
 A module is looked for in the folder of the file that names it, in the current folder, and among
-installed packages. What it does wrong is told as OwnCodeError: which, where, why.
+installed packages. What it does wrong is reported as OwnCodeError: which, where, why.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def is_own_code(name: str) -> bool:
     return ":" in name
 
 
-def located(name: str, folder: Path | None = None) -> str:
+def locate_own(name: str, folder: Path | None = None) -> str:
     """The name with its file written out where it lies in `folder` or the current folder.
 
     So it is found again from anywhere; installed modules stay as they are.
@@ -89,7 +89,7 @@ def callable_own(label: str, found: Any, takes: Sequence[str]) -> Callable[..., 
 
 
 def guard_call(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function; what it raises is told as OwnCodeError with file and line."""
+    """The function; what it raises is reported as OwnCodeError with file and line."""
 
     @functools.wraps(function, updated=())
     def call(*values: Any, **named: Any) -> Any:
@@ -98,12 +98,12 @@ def guard_call(label: str, function: Callable[..., Any]) -> Callable[..., Any]:
         except OwnCodeError:
             raise
         except Exception as cause:
-            raise OwnCodeError(label, raised(cause, function)) from cause
+            raise OwnCodeError(label, describe_raised(cause, function)) from cause
 
     return call
 
 
-def raised(cause: BaseException, function: Callable[..., Any] | None = None) -> str:
+def describe_raised(cause: BaseException, function: Callable[..., Any] | None = None) -> str:
     """What was raised, and where: the innermost line of the user's file, else of any."""
     frames = traceback.extract_tb(cause.__traceback__)
     own = getattr(inspect.unwrap(function), "__code__", None) if function is not None else None
@@ -173,7 +173,7 @@ def _module(label: str, place: str, folder: Path | None) -> ModuleType:
 
 
 def _importing(cause: BaseException, file: Path | None) -> str:
-    return f"importing {'it' if file is None else file} {raised(cause)}"
+    return f"importing {'it' if file is None else file} {describe_raised(cause)}"
 
 
 def _from_file(label: str, file: Path) -> ModuleType:
@@ -225,7 +225,7 @@ def look_beside(folders: Sequence[str]) -> None:
         sys.meta_path.append(_NEIGHBOURS)
 
 
-def looked_beside() -> tuple[str, ...]:
+def list_looked_beside() -> tuple[str, ...]:
     """The folders of `look_beside`, for another process."""
     return tuple(_NEIGHBOURS.folders)
 

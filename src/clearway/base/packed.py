@@ -18,7 +18,7 @@ LEVEL = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PackedArrays:
-    """Several arrays in one piece of memory; `unpacked` makes equal ones."""
+    """Several arrays in one piece of memory; `unpack` makes equal ones."""
 
     data: bytes
     kinds: tuple[tuple[str, tuple[int, ...]], ...]
@@ -31,7 +31,7 @@ class PackedArrays:
         kinds = tuple((array.dtype.str, array.shape) for array in arrays)
         return cls(zlib.compress(data, LEVEL), kinds)
 
-    def unpacked(self) -> tuple[npt.NDArray[Any], ...]:
+    def unpack(self) -> tuple[npt.NDArray[Any], ...]:
         """The arrays, made anew at every call."""
         data, start, arrays = bytearray(zlib.decompress(self.data)), 0, []
         for kind, shape in self.kinds:
@@ -71,7 +71,7 @@ class PackedVoxels:
 
     def centers_m(self) -> FloatArray:
         """[n, 3] the middles of the cubes: `voxel_centers` of the points."""
-        (steps,) = self.steps.unpacked()
+        (steps,) = self.steps.unpack()
         if not len(steps):
             return np.zeros((0, 3))
         index = np.stack(np.unravel_index(np.cumsum(steps, dtype=np.int64) - 1, self.shape), axis=1)

@@ -52,13 +52,13 @@ def some_lines(text: str, length: int) -> str:
 def in_full(source: str, problems: Sequence[str]) -> str:
     """One line a problem, "source: problem", none longer than a message; the rest is counted."""
     if len(problems) < 2:
-        return shortened(source, problems)
-    lines = [shortened(source, [problem]) for problem in problems[:MOST_LINES]]
+        return shorten_problems(source, problems)
+    lines = [shorten_problems(source, [problem]) for problem in problems[:MOST_LINES]]
     left = len(problems) - len(lines)
     return "\n".join([*lines, f"{source}: and {left} more"] if left else lines)
 
 
-def shortened(source: str, problems: Sequence[str]) -> str:
+def shorten_problems(source: str, problems: Sequence[str]) -> str:
     """One line a problem, "source: problem", as many as fit; then how many more there are.
 
     Of problems, which may be a million, only what fits is looked at; control characters of theirs

@@ -27,7 +27,7 @@ MOST_RAD = 1e6
 """No attitude is turned farther, be it counted on from turn to turn."""
 
 
-def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+def freeze_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """A read-only float64 copy of `values`; raises ValueError if it has not that shape."""
     array = np.array(values, dtype=np.float64)
     if array.shape != shape:
@@ -36,7 +36,7 @@ def frozen_array(values: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     return array
 
 
-def frozen_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray | None:
+def freeze_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray | None:
     """A read-only copy of what `vector_problem` finds nothing wrong with; else None."""
     try:
         array = np.array(values, dtype=np.float64)
@@ -51,7 +51,7 @@ def frozen_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """Own state of the vehicle (4.1), world frame, with what is known of its accuracy.
+    """Own state estimate of the vehicle (4.1), world frame, with what is known of its accuracy.
 
     Raises InputError naming every value that cannot be used: not finite, out of range, or a
     deviation below 0, by which some say "unknown".
@@ -77,8 +77,8 @@ class State:
 
     def __post_init__(self) -> None:
         # Every reading and every decision makes some: what is in order is gone through once.
-        position = frozen_three(self.position_m)
-        attitude = frozen_three(self.attitude_rad, MOST_RAD)
+        position = freeze_three(self.position_m)
+        attitude = freeze_three(self.attitude_rad, MOST_RAD)
         numbers = collect_problems(
             (
                 time_problem("time_s", self.time_s),
@@ -86,7 +86,7 @@ class State:
                 number_problem("attitude_std_rad", self.attitude_std_rad),
             )
         )
-        velocity = None if self.velocity_mps is None else frozen_three(self.velocity_mps)
+        velocity = None if self.velocity_mps is None else freeze_three(self.velocity_mps)
         is_unusable = self.velocity_mps is not None and velocity is None
         if position is None or attitude is None or is_unusable or numbers:
             places = collect_problems(

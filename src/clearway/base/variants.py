@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from clearway.base.errors import ClearwayError
-from clearway.base.own_code import OWN_CODE_FORM, callable_own, is_own_code, load_own, located
+from clearway.base.own_code import OWN_CODE_FORM, callable_own, is_own_code, load_own, locate_own
 from clearway.base.suggest import did_you_mean
 
 V = TypeVar("V")
@@ -22,7 +22,7 @@ Fit = Callable[[str, Any], V]
 
 
 class Variants(Mapping[str, V], Generic[V]):
-    """The variants of one kind by name, in the order in which they are told."""
+    """The variants of one kind by name, in the order in which they are reported."""
 
     def __init__(self, kind: str, built_in: Mapping[str, V], fit: Fit[V] | None = None) -> None:
         """fit: makes a variant of what `module:name` gives; None where own ones have no place."""
@@ -48,7 +48,7 @@ class Variants(Mapping[str, V], Generic[V]):
         """Whether `module:name` has a place here."""
         return self._fit is not None
 
-    def named(self, name: str, folder: Path | None = None) -> V:
+    def find(self, name: str, folder: Path | None = None) -> V:
         """The variant of a name, or a user's own; raises ClearwayError listing the valid ones.
 
         folder: where modules are looked for before the current one.
@@ -59,19 +59,19 @@ class Variants(Mapping[str, V], Generic[V]):
             near = did_you_mean(name, self.built_in)
             valid = f"valid {self.kind}s are {self.choices}"
             raise ClearwayError(f"{self.kind} {name!r}{near}: {valid}")
-        place = located(name, folder)
+        place = locate_own(name, folder)
         if place not in self._own:
             label = f"{self.kind} {name}"
             self._own[place] = self._fit(label, load_own(self.kind, name, folder))
         return self._own[place]
 
-    def located(self, name: str, folder: Path | None = None) -> str:
+    def locate(self, name: str, folder: Path | None = None) -> str:
         """The name itself, of a user's own one with its file: it is found again from anywhere.
 
-        Errors as of `named`.
+        Errors as of `find`.
         """
-        self.named(name, folder)
-        return located(name, folder) if name not in self.built_in else name
+        self.find(name, folder)
+        return locate_own(name, folder) if name not in self.built_in else name
 
     def about(self, name: str) -> str:
         """What a variant is, in a line: the first of its documentation."""

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class DemandVerdict(StrEnum):
-    """What may be said of a demand."""
+    """What may be stated of a demand."""
 
     SHOWN = "shown"
     """All of the interval meets it."""

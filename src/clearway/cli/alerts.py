@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, print_words, say, sourced
+from clearway.cli.report import add_sources, print_json, print_words, say
 
 MOST_LINES = 20
 """Of what is not judged."""
@@ -58,11 +58,11 @@ def alerts(
     if out is not None:
         from clearway.io.results_folder import ResultsFolder
 
-        folder = ResultsFolder.checked(out, "alerts", file.name)
-    kept, able = volumes_named(volumes), PERFORMANCES.named(vehicle)
+        folder = ResultsFolder.check(out, "alerts", file.name)
+    kept, able = volumes_named(volumes), PERFORMANCES.find(vehicle)
     recording = read_traffic(file)
     history = judge_recording(recording, own, kept, able)
-    told = sourced(history.as_dict() | {"vehicle": vehicle}, [file])
+    told = add_sources(history.as_dict() | {"vehicle": vehicle}, [file])
     if as_json:
         print_json(told)
     else:
@@ -71,7 +71,7 @@ def alerts(
         from clearway.view.plot.alerts import draw_alerts
         from clearway.view.plot.style import house_style
 
-        with folder.written() as scratch:
+        with folder.write() as scratch:
             (scratch / "alerts.json").write_text(json.dumps(told, allow_nan=False) + "\n")
             with house_style():
                 picture = pictures.save(draw_alerts(history), scratch, "alerts")

@@ -11,7 +11,7 @@ import typer
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.units import FASTEST_MPS
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, print_words, say, sourced
+from clearway.cli.report import add_sources, print_json, print_words, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -178,9 +178,9 @@ def assess(
     if every and at is not None:
         raise InputError(COMMAND_LINE, "--at takes one scan, --all takes them all: give one")
     scan = None if scan is None else find_public_data(scan)
-    read = _read(scene, scan, _given(overrides))
+    read = _read(scene, scan, _keep_given(overrides))
     kind = "play" if every else "assess"
-    folder = ResultsFolder.checked(
+    folder = ResultsFolder.check(
         out or Path("clearway-out") / f"{kind}-{read.scene.name}",
         "assess --all" if every else "assess",
         read.scene.name,
@@ -188,12 +188,12 @@ def assess(
     for note in read.notes:
         say(note)
     try:
-        result, words, draw = (_played if every else _assessed)(read)
+        result, words, draw = (_play if every else _assess_moment)(read)
     except ClearwayError as error:
         if isinstance(error, InputError):
             raise
         raise InputError(str(scene or scan), str(error)) from error
-    result = sourced(result, [one for one in (scene, scan) if one is not None])
+    result = add_sources(result, [one for one in (scene, scan) if one is not None])
     if as_json:
         print_json(result)
     else:
@@ -202,7 +202,7 @@ def assess(
     say(f"wrote {', '.join(written)} to {folder.path}")
 
 
-def _assessed(read: SceneInput) -> Outcome:
+def _assess_moment(read: SceneInput) -> Outcome:
     """One moment, cell by cell."""
     from clearway.avoidance.scene import assess_scene
     from clearway.cli.assess_words import describe_assessment
@@ -217,9 +217,9 @@ def _assessed(read: SceneInput) -> Outcome:
     return scene_result(assessment), describe_assessment(assessment), lambda: _figures(assessment)
 
 
-def _played(read: SceneInput) -> Outcome:
+def _play(read: SceneInput) -> Outcome:
     """Every scan of a recording, and what is decided at each."""
-    from clearway.missions.played_result import describe_playback, played_result, scan_result
+    from clearway.missions.played_result import describe_playback, make_played_result, scan_result
     from clearway.missions.played_scene import play_scene
     from clearway.view.plot.playback import draw_playback
 
@@ -228,7 +228,7 @@ def _played(read: SceneInput) -> Outcome:
         if note not in read.notes:
             say(note)
     scans = [scan_result(index, played) for index, played in playback.scans]
-    result = played_result(read.scene.name, playback, scans)
+    result = make_played_result(read.scene.name, playback, scans)
     return result, describe_playback(result), lambda: {"playback": draw_playback(result)}
 
 
@@ -255,7 +255,7 @@ def _angles(option: str, value: str | None) -> float | list[float] | None:
     return angles[0] if len(angles) == 1 else angles
 
 
-def _given(overrides: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+def _keep_given(overrides: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Only the options that were given."""
     tables = {
         table: {key: value for key, value in keys.items() if value is not None}
@@ -288,7 +288,7 @@ def _write(
 
     from clearway.io.toml_writing import write_toml
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         write_toml(read.tables, scratch / "scene.toml")
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         if draw is not None:

@@ -62,7 +62,7 @@ def measure(
     from clearway.vehicle.automaton import MovementAutomaton
     from clearway.vehicle.copter import CopterLimits
 
-    kind = PLANTS.named(plant)
+    kind = PLANTS.find(plant)
     refuse_unwritable_file(out, "--out")
     settings = MeasureSettings(flights, held_out, seed, gusts_mps=gusts)
     with progress_bar(f"measuring {plant}", flights + held_out) as bar:

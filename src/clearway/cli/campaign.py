@@ -104,7 +104,7 @@ def campaign(
         raise InputError("campaign", "a name or a file is needed, or --summary or --families")
     asked = read_campaign(file)
     folder = out or Path("clearway-out") / f"campaign-{asked.file.name}"
-    ResultsFolder.checked(folder, "campaign", asked.file.name, own=(RESULTS, JOURNAL))
+    ResultsFolder.check(folder, "campaign", asked.file.name, own=(RESULTS, JOURNAL))
     for page in docs or []:
         refuse_unwritable_file(page, "--docs")
     if replay is not None:
@@ -113,7 +113,7 @@ def campaign(
         replay_flight(asked, replay, folder, as_json)
         return
     with ExitStack() as unwritten:
-        flown = _flown(unwritten, asked, folder, _engine(engine, scheduler, workers), only)
+        flown = _fly_with_bar(unwritten, asked, folder, _engine(engine, scheduler, workers), only)
         for label, why in flown.skipped.items():
             say(f"skipped {label}: {why}")
         # Before the results are put in their place, which a full disk may refuse.
@@ -167,7 +167,7 @@ def _engine(name: str, scheduler: str | None, workers: int | None) -> Engine:
     return on_cluster(scheduler)
 
 
-def _flown(
+def _fly_with_bar(
     unwritten: ExitStack, asked: Campaign, folder: Path, engine: Engine, only: str
 ) -> CampaignProgress:
     """All flights, with a progress bar on standard error that counts what was flown before.

@@ -1,4 +1,4 @@
-"""One flight of a campaign once more: with logs and pictures, and held against its row."""
+"""One flight of a campaign once more: with logs and pictures, and checked against its row."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from dataclasses import asdict
 
     from clearway.cli.flight_files import draw_pictures, write_flight
-    from clearway.cli.fly import flown_with_bar
+    from clearway.cli.fly import fly_with_bar
     from clearway.io.results_folder import ResultsFolder
-    from clearway.studies.campaigns.run import RESULTS, chosen
+    from clearway.studies.campaigns.run import RESULTS, choose_tasks
     from clearway.studies.campaigns.summary import describe_flight
     from clearway.studies.campaigns.task import Spent, case_of, make_flight_row, tasks_of
     from clearway.view.plot.style import Pictures
 
-    task = chosen(tasks_of(asked), key)[0]
+    task = choose_tasks(tasks_of(asked), key)[0]
     replayed = folder / "replays" / task.key.replace("/", "-")
-    results = ResultsFolder.checked(replayed, "campaign --replay", task.key)
+    results = ResultsFolder.check(replayed, "campaign --replay", task.key)
     case = case_of(task)
     case.setup.refuse_impossible()
-    run = flown_with_bar(case.setup, task.flown_by)
+    run = fly_with_bar(case.setup, task.flown_by)
     row = make_flight_row(task, run, Spent(0.0, 0.0))
     before = _row_before(folder / RESULTS, task.key)
     other = _differences(before, row)

@@ -27,7 +27,7 @@ FAILURES_SHOWN = 20
 # Columns of the totals that fit into a terminal's width; --json has all.
 SHOWN = 8
 AVOIDING = ("safe", "crashed", "lost_margin", "nearest_min_m", "nearest_median_m")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def summarize_campaign(
@@ -149,7 +149,7 @@ def _number(value: float, digits: int = 2) -> str:
 
 
 def _print_failures(rows: Sequence[FlightRow]) -> None:
-    """Those of the first planner first; the others are told by number."""
+    """Those of the first planner first; the others are reported by number."""
     first = rows[0].planner
     failed = failures(rows)
     own = [row for row in failed if row.planner == first]

@@ -47,15 +47,15 @@ def _planners() -> str:
 
 
 def _campaigns() -> str:
-    from clearway.studies.campaigns.file import built_in_campaigns
+    from clearway.studies.campaigns.file import list_built_in_campaigns
 
-    return ", ".join(built_in_campaigns())
+    return ", ".join(list_built_in_campaigns())
 
 
 def _missions() -> str:
-    from clearway.missions.mission_file import built_in_missions
+    from clearway.missions.mission_file import list_built_in_missions
 
-    return ", ".join(sorted(built_in_missions()))
+    return ", ".join(sorted(list_built_in_missions()))
 
 
 def _clouds() -> str:
@@ -133,7 +133,7 @@ LISTS: Mapping[str, Callable[[], str]] = {
 """What stands in braces in help texts."""
 
 
-def filled(text: str) -> str:
+def fill_lists(text: str) -> str:
     """The text with its lists written out."""
     return re.sub(
         r"\{(\w+)\}", lambda found: LISTS[found[1]]() if found[1] in LISTS else found[0], text
@@ -143,7 +143,7 @@ def filled(text: str) -> str:
 def _fill(params: list[Any]) -> None:
     for param in params:
         if getattr(param, "help", None):
-            param.help = filled(param.help)
+            param.help = fill_lists(param.help)
 
 
 class Command(TyperCommand):

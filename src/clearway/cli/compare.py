@@ -16,7 +16,7 @@ from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, 
 from clearway.cli.tables import plain_table, print_table
 
 AVOIDING = ("safe", "crashed", "min_distance_m", "margin_violations", "emergencies")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,18 +63,18 @@ def compare(
 
     beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     names = _names(planners, beside)
-    folder = ResultsFolder.checked(
+    folder = ResultsFolder.check(
         out or Path("clearway-out") / f"compare-{_file_name(mission)}", "compare", mission
     )
     setup_of = _setups(mission)
-    flown = _flown(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
+    flown = _fly_with_bar(mission, setup_of, names, range(first_seed, first_seed + seeds), beside)
     standings = [sum_up_planner([each for each in flown if each.planner == name]) for name in names]
     result = _result(mission, standings, flown)
     if as_json:
         print_json(result)
     else:
         _print_table(mission, standings)
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         (scratch / "comparison.json").write_text(json.dumps(result, indent=2) + "\n")
     say(f"wrote comparison.json to {folder.path}")
     if plots:
@@ -85,11 +85,11 @@ def compare(
 
 def _names(planners: str | None, beside: Path | None) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
-    from clearway.sim.baselines import PLANNERS, known_planner
+    from clearway.sim.baselines import PLANNERS, check_planner_name
 
     if planners is None:
         return list(PLANNERS)
-    return list(dict.fromkeys(known_planner(name, beside) for name in split_names(planners)))
+    return list(dict.fromkeys(check_planner_name(name, beside) for name in split_names(planners)))
 
 
 def _setups(mission: str) -> SetupOf:
@@ -108,12 +108,12 @@ def _setups(mission: str) -> SetupOf:
     def setup(seed: int) -> FlightSetup:
         if made:
             return prepare(read_mission(f"{mission}:{seed}"), say)
-        return prepare(file.changed("simulation", seed=seed), say)
+        return prepare(file.with_values("simulation", seed=seed), say)
 
     return setup
 
 
-def _flown(
+def _fly_with_bar(
     mission: str,
     setup_of: SetupOf,
     names: Sequence[str],
@@ -147,12 +147,12 @@ def _result(
 
     from clearway.base.provenance import provenance
     from clearway.base.version import SCHEMA_VERSION
-    from clearway.io.json_values import rounded
+    from clearway.io.json_values import round_number
 
     rows: list[dict[str, Any]] = []
     for row in standings:
         values = {
-            key: rounded(value) if isinstance(value, float) else value
+            key: round_number(value) if isinstance(value, float) else value
             for key, value in asdict(row).items()
         }
         if row.hidden:
@@ -180,7 +180,7 @@ def _draw(
     first = flown[0].run.seed
     runs: dict[str, Run[Any]] = {f.planner: f.run for f in flown if f.run.seed == first}
     title = f"{flown[0].run.mission.name}: all planners, seed {first}"
-    with folder.taking_more().written() as scratch, house_style():
+    with folder.taking_more().write() as scratch, house_style():
         drawn = pictures.save(draw_tracks(runs, setup.world, title), scratch, "tracks")
     say(f"wrote {drawn} to {folder.path}")
 
@@ -188,7 +188,7 @@ def _draw(
 def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     from clearway.base.own_code import shorten_own_name
     from clearway.sim.baselines import NOT_APPLICABLE
-    from clearway.sim.baselines.notes import not_known, shared
+    from clearway.sim.baselines.notes import list_shared_notes, not_known
 
     columns = ("reached", "safe", "crashed", "time s", "path m", "nearest m", "violations")
     table = plain_table(("planner",), (*columns, "p50 ms", "p99 ms"), mission)
@@ -210,7 +210,7 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
     print_table(table)
     for line in not_known((row.planner, row.hidden) for row in standings):
         print(line)
-    for line in shared([row.planner for row in standings]):
+    for line in list_shared_notes([row.planner for row in standings]):
         print(line)
 
 

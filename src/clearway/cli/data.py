@@ -38,7 +38,7 @@ def data(
     """
     from clearway.io.public_data import is_there
 
-    chosen = _chosen(only or [])
+    chosen = _choose_files(only or [])
     if fetch is not None:
         _fetch(chosen, fetch)
     there = {one.name: fetch is not None and is_there(one, fetch) for one in chosen}
@@ -57,7 +57,7 @@ def data(
         )
 
 
-def _chosen(parts: list[str]) -> list[PublicFile]:
+def _choose_files(parts: list[str]) -> list[PublicFile]:
     from clearway.base.errors import InputError
     from clearway.base.suggest import did_you_mean
     from clearway.io import public_data
@@ -72,9 +72,9 @@ def _chosen(parts: list[str]) -> list[PublicFile]:
 
 
 def _fetch(files: list[PublicFile], folder: Path) -> None:
-    """Bring all that is missing; what cannot be brought is told at the end, each by itself."""
+    """Bring all that is missing; what cannot be brought is reported at the end, each by itself."""
     from clearway.base.errors import ClearwayError, SeveralErrors
-    from clearway.io.public_data import fetched
+    from clearway.io.public_data import fetch_file
     from clearway.io.results_folder import refuse_unwritable
 
     refuse_unwritable(folder, "--fetch")
@@ -82,7 +82,7 @@ def _fetch(files: list[PublicFile], folder: Path) -> None:
     for one in files:
         try:
             with progress_bar(one.name, one.size or None, beside=("elapsed",)) as bar:
-                new = fetched(one, folder, bar.advance)
+                new = fetch_file(one, folder, bar.advance)
         except ClearwayError as error:
             problems.append(error)
         else:

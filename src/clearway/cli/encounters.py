@@ -35,7 +35,7 @@ CSV_COLUMNS = (
     "kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner", "aside_m",
 )  # fmt: skip
 AVOIDING = ("kept", "share", "wilson_95", "verdict", "min_distance_m", "with_emergency", "failures")
-"""What is said of avoiding: nothing of a planner that cannot know what there is to avoid."""
+"""What is stated of avoiding: nothing of a planner that cannot know what there is to avoid."""
 
 
 def encounters(
@@ -141,7 +141,9 @@ def encounters(
         return
     kinds = _every_kind() if every_kind else [settings]
     seeds = range(seed, seed + count)
-    tallies = [flown(kind, seeds, workers, name) for kind in kinds for name in names]
+    tallies = [
+        fly_encounters_with_bar(kind, seeds, workers, name) for kind in kinds for name in names
+    ]
     if as_json:
         print_json({"encounters": [_summary(tally) for tally in tallies]})
     else:
@@ -157,9 +159,9 @@ def encounters(
 
 def _planners(names: str) -> list[str]:
     """Planners asked for, each once; raises ClearwayError for a name that does not exist."""
-    from clearway.sim.baselines import known_planner
+    from clearway.sim.baselines import check_planner_name
 
-    return list(dict.fromkeys(known_planner(name) for name in split_names(names)))
+    return list(dict.fromkeys(check_planner_name(name) for name in split_names(names)))
 
 
 def _every_kind() -> list[EncounterSettings]:
@@ -168,7 +170,7 @@ def _every_kind() -> list[EncounterSettings]:
     return list(STANDARD_KINDS)
 
 
-def flown(
+def fly_encounters_with_bar(
     settings: EncounterSettings, seeds: Sequence[int], workers: int, planner: str
 ) -> EncounterTally:
     """Fly encounters with a progress bar on standard error."""
@@ -214,7 +216,7 @@ def _summary(tally: EncounterTally) -> dict[str, Any]:
 
 def _print_table(tallies: Sequence[EncounterTally]) -> None:
     from clearway.sim.baselines import NOT_APPLICABLE
-    from clearway.sim.baselines.notes import not_known, shared
+    from clearway.sim.baselines.notes import list_shared_notes, not_known
 
     several = len({tally.planner for tally in tallies}) > 1
     texts = ("kind", "planner") if several else ("kind",)
@@ -239,7 +241,7 @@ def _print_table(tallies: Sequence[EncounterTally]) -> None:
     print("a decision: median time")
     for line in not_known((tally.planner, tally.hidden) for tally in tallies):
         print(line)
-    for line in shared(list(dict.fromkeys(tally.planner for tally in tallies))):
+    for line in list_shared_notes(list(dict.fromkeys(tally.planner for tally in tallies))):
         print(line)
     for tally in tallies:
         if tally.hidden:
@@ -327,9 +329,9 @@ def _fly_one(
 
 def _write(tallies: Sequence[EncounterTally], path: Path) -> None:
     """One row per encounter."""
-    from clearway.io.staging import staged_file
+    from clearway.io.staging import stage_file
 
-    with staged_file(path) as scratch, scratch.open("w", newline="") as file:
+    with stage_file(path) as scratch, scratch.open("w", newline="") as file:
         rows = csv.writer(file)
         rows.writerow(CSV_COLUMNS)
         for tally in tallies:

@@ -12,7 +12,7 @@ import typer
 from clearway.cli import picture_options as drawn
 from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, say
 from clearway.io.json_values import finite
 
 if TYPE_CHECKING:
@@ -90,17 +90,19 @@ def faults(
         _list(as_json)
         return
     pictures = drawn.pictures_of(form, dpi)
-    wanted = _known(names or list(STUDIES))
+    wanted = _check_known(names or list(STUDIES))
     _refuse_other(escape)
     folder = out or Path("clearway-out") / "faults"
     if missions:
-        results = ResultsFolder.checked(folder, "faults", "", adds=True)
+        results = ResultsFolder.check(folder, "faults", "", adds=True)
         _write_missions(wanted, seed, escape, results, as_json)
         return
-    results = ResultsFolder.checked(folder, "faults", "", adds=True)
+    results = ResultsFolder.check(folder, "faults", "", adds=True)
     if docs is not None:
         refuse_unwritable_file(docs, "--docs")
-    points = _flown(wanted, range(seed, seed + flights), workers or os.cpu_count() or 1, escape)
+    points = _fly_with_bar(
+        wanted, range(seed, seed + flights), workers or os.cpu_count() or 1, escape
+    )
     told = {"escape_asked": escape, "points": [_record(point) for point in points]}
     if as_json:
         print_json(told)
@@ -114,7 +116,7 @@ def faults(
         leave(NOT_REACHED)
 
 
-def _known(names: list[str]) -> list[str]:
+def _check_known(names: list[str]) -> list[str]:
     from clearway.base.errors import InputError
     from clearway.base.suggest import did_you_mean
     from clearway.studies.faults import STUDIES
@@ -158,7 +160,7 @@ def _list(as_json: bool) -> None:
         print(f"{name:<16} {study.title}; {', '.join(study.variants)}")
 
 
-def _flown(names: Sequence[str], seeds: range, workers: int, escape: str) -> list[Point]:
+def _fly_with_bar(names: Sequence[str], seeds: range, workers: int, escape: str) -> list[Point]:
     from clearway.studies.faults import fly_studies
 
     with progress_bar("flights") as bar:
@@ -173,7 +175,7 @@ def _write_missions(
     from clearway.studies.faults import STUDIES, case
 
     written = []
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         for name in names:
             study = STUDIES[name]
             for variant, make in study.variants.items():
@@ -220,10 +222,10 @@ def _write(
     from clearway.studies.figures.faults import draw_faults
     from clearway.view.plot.style import house_style
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         with house_style():
             pictures.save(draw_faults(panels_of(points), title_of(points)), scratch, "faults")
-        (scratch / "faults.json").write_text(json.dumps(sourced(told), indent=2) + "\n")
+        (scratch / "faults.json").write_text(json.dumps(add_sources(told), indent=2) + "\n")
         _write_flights(points, scratch / "faults.csv")
 
 

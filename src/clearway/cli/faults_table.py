@@ -88,7 +88,7 @@ def _rows(points: Sequence[Point]) -> list[tuple[str, str, str, str]]:
 
 
 def _title(points: Sequence[Point]) -> str:
-    """Of one study, with the ways out that were flown where these are others."""
+    """Of one study, with the escapes that were flown where these are others."""
     from clearway.studies.faults import STUDIES
 
     others = dict.fromkeys(p.escape_mode for p in points if p.escape_mode != p.escape_asked)

@@ -48,7 +48,7 @@ def film_asked(video: Path | None, fps: int | None, speed: float | None) -> Film
             raise InputError("--speed", f"is for --video FILE; {OF_VEHICLE}")
         return None
     refuse_unwritable_file(video, "--video")
-    return FilmAsked.checked(video, fps, speed)
+    return FilmAsked.check(video, fps, speed)
 
 
 def make_film(recording: Recording, asked: FilmAsked, results: ResultsFolder | None = None) -> None:
@@ -56,14 +56,14 @@ def make_film(recording: Recording, asked: FilmAsked, results: ResultsFolder | N
 
     results: the folder of the run, whose list has the film where it lies there too.
     """
-    from clearway.io.staging import staged
+    from clearway.io.staging import stage_folder
     from clearway.view.film.writing import write_film
 
     parent = asked.path.absolute().parent
     if results is not None and results.path.absolute() == parent:
-        into = results.taking_more().written()
+        into = results.taking_more().write()
     else:
-        into = staged(parent)
+        into = stage_folder(parent)
     with into as scratch, progress_bar(asked.path.name, beside=("count", "remaining")) as bar:
         speed = write_film(recording, asked, scratch, bar.show)
     if asked.speed is not None and speed > asked.speed:

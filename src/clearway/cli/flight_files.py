@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from clearway.cli.record import record_run
-from clearway.cli.report import say, sourced
+from clearway.cli.report import add_sources, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -36,13 +36,13 @@ def write_flight(
     from clearway.missions.run_tables import write_tables
 
     give_back()
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         write_toml(file.effective(), scratch / "mission.toml")
         write_track(run, scratch / "track.csv")
         if run.intruder_tracks:
             write_intruders(run, scratch / "intruders.csv")
         write_decisions(run, scratch / "decisions.jsonl")
-        summary = sourced(run.summary())
+        summary = add_sources(run.summary())
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2) + "\n")
         if parquet:
             write_tables(run, scratch)
@@ -61,7 +61,7 @@ def draw_pictures(
 ) -> None:
     """The pictures, beside what the flight left before; all of them or none."""
     from clearway.base.give_back import give_back
-    from clearway.sim import decided_by_clearway
+    from clearway.sim import is_clearway_run
     from clearway.studies.figures.flight_set import flight_figures, track_figures
     from clearway.view.plot.flight_curves import Margins
     from clearway.view.plot.style import house_style
@@ -70,8 +70,8 @@ def draw_pictures(
     turning = file.safety.conservative_turning_radius_m or setup.planner.automaton.turning_radius_m
     margins = Margins(run.safety_margin_m, 6.0 * body, 2.0 * turning + 2.0 * body)
     give_back()
-    with folder.taking_more().written() as scratch, house_style():
-        if decided_by_clearway(run):
+    with folder.taking_more().write() as scratch, house_style():
+        if is_clearway_run(run):
             figures = flight_figures(run, margins, setup.world, setup.kept_out)
         else:
             figures = track_figures(run, setup.world, margins)

@@ -83,16 +83,16 @@ def fly(
     from clearway.io.staging import name_results_folder
     from clearway.missions.run_tables import check_tables
     from clearway.missions.setup import prepare
-    from clearway.sim.baselines import known_planner
+    from clearway.sim.baselines import check_planner_name
     from clearway.sim.kept_scans import ScanFile
 
     beside, pictures = folder_of_file(mission), drawn.pictures_of(form, dpi)
     film = filmed.film_asked(video, fps, speed)
-    known_planner(planner, beside)
+    check_planner_name(planner, beside)
     if parquet:
         check_tables()
-    file = _changed(_read(mission), seed, rating, rule or [], verify, spawn, beside)
-    folder = ResultsFolder.checked(
+    file = _override(_read(mission), seed, rating, rule or [], verify, spawn, beside)
+    folder = ResultsFolder.check(
         out or name_results_folder(file.mission.name), "fly", file.mission.name
     )
     say("preparing reach sets and sensors")
@@ -104,7 +104,7 @@ def fly(
     if planner == "clearway":
         say(str(setup.escape))
     scans = ScanFile() if raw_scans and mcap else None
-    run = flown_with_bar(setup, planner, beside, scans)
+    run = fly_with_bar(setup, planner, beside, scans)
     if as_json:
         print_json(run.summary() | {"notes": list(notes), "chosen": file.left_out})
     else:
@@ -126,7 +126,7 @@ def _read(mission: str) -> MissionFile:
     return read_mission(mission, say)
 
 
-def _changed(
+def _override(
     file: MissionFile,
     seed: int | None,
     rating: str | None,
@@ -154,7 +154,7 @@ def _changed(
     return parse_model("command line", tables, MissionFile, beside)
 
 
-def flown_with_bar(
+def fly_with_bar(
     setup: FlightSetup,
     planner: str,
     folder: Path | None = None,
@@ -168,7 +168,7 @@ def flown_with_bar(
             flight = entry.flight
             goals = len(setup.mission.goals_m)
             status = f"{flight.time_s:.0f} s, goal {progress.goal + 1} of {goals}, {flight.mode}"
-            bar.show(_flown_length(setup, entry), status=status)
+            bar.show(_measure_flown_length(setup, entry), status=status)
             if flight.mode == "emergency":
                 bar.print_above(f"{flight.time_s:.1f} s: {flight.explanation}", "red")
             elif flight.mode in ("escape", "hold", "narrow"):
@@ -199,7 +199,7 @@ def alarms_in_words(flight: Steering) -> dict[str, str]:
     return {str(alarm.kind): alarm.why for alarm in alarms}
 
 
-def _flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
+def _measure_flown_length(setup: FlightSetup, entry: LoggedDecision[Steering]) -> float:
     """Straight length up to the present goal, less what is left to it."""
     import numpy as np
 
@@ -254,7 +254,7 @@ def _in_words(run: Run[Steering]) -> str:
 
 
 def _ways_out_in_words(run: Run[Steering]) -> str:
-    """Which ways out were kept in hand, from when on, and how often there was none."""
+    """Which escapes were held, from when on, and how often there was none."""
     summary = run.summary()
     plan, begins, without = (
         run.ways_out,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
 from clearway.cli.record import record_run
-from clearway.cli.report import NOT_REACHED, leave, print_json, print_words, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, print_words, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -60,7 +60,7 @@ def fly_recorded(
     own = own or picture.own_address
     part = take_part(picture.pairs[number - 1], own, leg_s=flown.look_ahead_s)
     name = mission_name(part)
-    folder = ResultsFolder.checked(out or name_results_folder(name), "traffic --fly", name)
+    folder = ResultsFolder.check(out or name_results_folder(name), "traffic --fly", name)
     say("preparing reach sets")
     found = fly_in_place(part, recording.source, flown, say)
     for note in found.setup.notes:
@@ -82,7 +82,7 @@ def _write(found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder) 
     from clearway.io.toml_writing import write_toml
     from clearway.missions.run_files import write_decisions, write_intruders, write_track
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         write_toml(found.file.effective(), scratch / "mission.toml")
         write_track(found.run, scratch / "track.csv")
         write_track(found.run_without, scratch / "track-without.csv")
@@ -90,7 +90,7 @@ def _write(found: InPlaceFlight, result: dict[str, Any], folder: ResultsFolder) 
             write_intruders(found.run, scratch / "intruders.csv")
         write_decisions(found.run, scratch / "decisions.jsonl")
         record_run(found.run, found.setup, found.file, scratch)
-        (scratch / "encounter.json").write_text(json.dumps(sourced(result), indent=2) + "\n")
+        (scratch / "encounter.json").write_text(json.dumps(add_sources(result), indent=2) + "\n")
         written = sorted(path.name for path in scratch.iterdir())
     say(f"wrote {', '.join(written)} to {folder.path}")
 
@@ -100,7 +100,7 @@ def _draw(found: InPlaceFlight, folder: ResultsFolder, pictures: Pictures) -> No
     from clearway.studies.figures.in_place import draw_in_place
     from clearway.view.plot.style import house_style
 
-    with folder.taking_more().written() as scratch, house_style():
+    with folder.taking_more().write() as scratch, house_style():
         drawn = pictures.save(draw_in_place(found), scratch, "encounter")
     say(f"wrote {drawn} to {folder.path}")
 
@@ -120,7 +120,7 @@ def _in_words(result: Mapping[str, Any]) -> str:
         f"{result['turning_radius_m']:.0f} m",
         f"to keep            {result['keep_m']:.0f} m: margin {result['margin_m']:.0f} m, and "
         f"{off:.0f} m that the height may be off",
-        _judged_by(result["margin_m"]),
+        _state_judgement(result["margin_m"]),
         "",
         _row(("", "horizontal", "vertical", "(ft)", "time", "well clear", "near mid-air", "path")),
         *(_way_in_words(label, result[key]) for label, key in WAYS),
@@ -140,7 +140,7 @@ def _in_words(result: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _judged_by(margin_m: float) -> str:
+def _state_judgement(margin_m: float) -> str:
     """What the exit status is about, and what it is not."""
     if margin_m >= WELL_CLEAR_BALL_M:
         return "judged by          that distance, which covers well clear"

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import mavlink_options, ros2_bus
-from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard, told_by
+from clearway.cli.guard_words import GuardWatch, describe_guard, describe_link, summarize_guard
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, say
 from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, open_node, refuse_unusable
 
 if TYPE_CHECKING:
@@ -125,11 +125,11 @@ def guard(
             say("never configured: nothing was guarded")
             leave(NOT_REACHED)
         session: GuardSession = link.session if connect is None else link.session.core
-        result = summarize_guard(session, report) | told_by(link)
+        result = summarize_guard(session, report) | describe_link(link)
         missing = link.missing() if check or connect is None else []
         relieved = (link if connect is None else link.autopilot).handing.hand.relieved
     if as_json:
-        print_json(sourced(result | {"missing": missing}))
+        print_json(add_sources(result | {"missing": missing}))
     else:
         print(describe_guard(result))
         if check:

@@ -65,7 +65,7 @@ def summarize_guard(session: GuardSession, report: LoopReport) -> dict[str, Any]
     }
 
 
-def told_by(link: Any) -> dict[str, Any]:
+def describe_link(link: Any) -> dict[str, Any]:
     """What came and went."""
     if hasattr(link, "topics"):
         heard = {topic: one.messages for topic, one in link.topics.items()}

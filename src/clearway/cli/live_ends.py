@@ -1,4 +1,4 @@
-"""When a command that runs live ends: after a time, on arrival, when its process is told to."""
+"""When a command that runs live ends: after a time, on arrival, when its process is asked to."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from clearway.live.link.outcome import TickOutcome
 
 ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""A terminal that closes is told as SIGHUP."""
+"""A terminal that closes is reported as SIGHUP."""
 
 
 @contextmanager

@@ -66,7 +66,7 @@ def show_map(
     from clearway.io.staging import RESULTS
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = ResultsFolder.checked(out or RESULTS / "map", "map", "") if plots else None
+    folder = ResultsFolder.check(out or RESULTS / "map", "map", "") if plots else None
     when = None if at is None else parse_moment("--at", at)
     maps = read_maps(files, _origin(origin), point_radius_m=radius, crs=crs)
     for one in maps:
@@ -113,7 +113,7 @@ def _draw(
     }
     floor = [block for one in maps for block in one.floor]
     title = ", ".join(Path(one.source).name for one in maps)
-    with folder.written() as scratch, house_style():
+    with folder.write() as scratch, house_style():
         return pictures.save(draw_map(obstacles, floor, zones, title), scratch, "map")
 
 

@@ -17,7 +17,7 @@ import typer
 
 from clearway.cli import mavlink_options
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -103,7 +103,7 @@ def mavlink(
     if out is not None:
         from clearway.io.results_folder import ResultsFolder
 
-        folder = ResultsFolder.checked(out, "mavlink", file.mission.name)
+        folder = ResultsFolder.check(out, "mavlink", file.mission.name)
     options = SessionOptions(
         connect=connect,
         rate_hz=rate,
@@ -147,7 +147,7 @@ def _check(
         heard = link.inbox.heard(time.monotonic())
     escape = link.session.core.system.escape
     if as_json:
-        print_json(sourced({"messages": heard, "missing": found, **escape.to_json()}))
+        print_json(add_sources({"messages": heard, "missing": found, **escape.to_json()}))
     else:
         told = [
             f"{one['messages']} {name} at {one['rate_hz']:.1f} Hz" for name, one in heard.items()
@@ -194,7 +194,7 @@ def _run(
     from clearway.io.toml_writing import write_toml
     from clearway.mavlink.record import SessionRecord
 
-    folder = None if out is None else stack.enter_context(out.written())
+    folder = None if out is None else stack.enter_context(out.write())
     log = None
     if folder is not None:
         write_toml(file.effective(), folder / "mission.toml")
@@ -210,7 +210,7 @@ def _run(
     report = loop.run(stop, take)
     if sys.stderr.isatty():
         say("")
-    result = sourced(record.summary(report, link.inbox, link.outbox, rate))
+    result = add_sources(record.summary(report, link.inbox, link.outbox, rate))
     # Before the log is put in its place, which a full disk may refuse.
     if as_json:
         print_json(result)

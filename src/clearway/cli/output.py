@@ -29,7 +29,7 @@ class _Output(io.FileIO):
         return len(memoryview(data))  # type: ignore[arg-type]
 
 
-def taken_over() -> _Output | None:
+def take_over_output() -> _Output | None:
     """Standard output, from now on a line at a time; None where it is no file of the system's.
 
     A result stands there before files are written, whatever ends the process meanwhile; and where

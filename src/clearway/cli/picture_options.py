@@ -18,4 +18,4 @@ def pictures_of(form: str, dpi: int) -> Pictures:
     """The choice, checked; raises InputError naming the option."""
     from clearway.view.plot.style import Pictures
 
-    return Pictures.checked(form, dpi)
+    return Pictures.check(form, dpi)

@@ -45,7 +45,7 @@ def pursuit(
     if plots:
         from clearway.io.results_folder import ResultsFolder
 
-        folder = ResultsFolder.checked(out, "pursuit", "")
+        folder = ResultsFolder.check(out, "pursuit", "")
     result = win_map(detected_at, _bounds(accelerations), bearings, speeds, keep)
     if as_json:
         print_json(_as_json(result, bearings_deg.tolist()))
@@ -55,7 +55,7 @@ def pursuit(
         from clearway.studies.figures.pursuit import draw_win_map
         from clearway.view.plot.style import house_style
 
-        with folder.written() as scratch, house_style():
+        with folder.write() as scratch, house_style():
             file = pictures.save(draw_win_map(result), scratch, "win-map")
         say(f"wrote {file} to {out}")
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from clearway.cli import mavlink_options, ros2_bus
-from clearway.cli.guard_words import GuardWatch, describe_guard, summarize_guard, told_by
+from clearway.cli.guard_words import GuardWatch, describe_guard, describe_link, summarize_guard
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, say
 from clearway.cli.ros2 import NodeWatch, describe_node, summarize_node
 from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, refuse_unusable
 
@@ -62,14 +62,14 @@ def px4(
             report = loop.run(stop, watch.show)
         missing, is_over = link.missing(), link.is_forgotten or link.is_relieved
         if guard:
-            result = summarize_guard(link.session, report) | told_by(link)
+            result = summarize_guard(link.session, report) | describe_link(link)
             words = describe_guard(result)
         else:
             result = summarize_node(link, report)
             words = describe_node(result, link)
     px4_side = {"release": link.release.name, "activations": link.activations}
     if as_json:
-        print_json(sourced(result | {"px4": px4_side, "missing": missing}))
+        print_json(add_sources(result | {"px4": px4_side, "missing": missing}))
     else:
         print(f"{words}\nPX4        {px4_side['release']}; flew the mode {link.activations} times")
         if check:

@@ -72,7 +72,7 @@ def _draw(result: Comparison, folder: ResultsFolder, pictures: Pictures) -> None
     from clearway.view.plot.style import house_style
 
     say(f"drawing into {folder.path}")
-    with folder.written() as scratch, house_style():
+    with folder.write() as scratch, house_style():
         for row in result.rows:
             figure = draw_reach_set_views(row.reach_set, f"{row.contender.name} reach set")
             pictures.save(figure, scratch, row.contender.name.replace(" ", "-"))
@@ -134,14 +134,14 @@ def _row_as_json(row: MethodRow, result: Comparison) -> dict[str, Any]:
 
 def _equations(result: Comparison) -> list[tuple[str, float, str]]:
     """Eqs. (6.4)-(6.7): name, value, and in words."""
-    from clearway.reach.compare.comparison import bound_6_5
+    from clearway.reach.compare.comparison import compute_bound_6_5
 
     moves, cells = len(result.automaton.movements), result.grid.cells
     full = float(sum(moves**depth for depth in range(1, result.grid.layers + 1)))
     linear, residue = float(moves * 9 * cells), 2.718281828459045 ** (moves * 9)
     return [
         ("6.4", linear + residue, f"m r h v l + e^(m r) = {linear:.0f} + {residue:.3g}, r = 9"),
-        ("6.5", float(bound_6_5(moves, 9, result.grid)), "m (r + 1) h v l, r = 9"),
+        ("6.5", float(compute_bound_6_5(moves, 9, result.grid)), "m (r + 1) h v l, r = 9"),
         ("6.6", float(moves * cells), f"{moves} x {cells}, to be multiplied by k"),
         ("6.7", 2483.0 / full, f"2483 of {full:.4e} nodes; printed, for 15 layers, as 1.2088e-12"),
         ("6.7 combined", 2162.0 / full, "the combined method's own 2162 nodes"),

@@ -68,7 +68,7 @@ def check_picture_folder(out: Path | None, name: str) -> ResultsFolder:
     from clearway.io.results_folder import ResultsFolder
     from clearway.io.staging import RESULTS
 
-    return ResultsFolder.checked(out or RESULTS / name, name, "", adds=True)
+    return ResultsFolder.check(out or RESULTS / name, name, "", adds=True)
 
 
 def build_option_automaton(

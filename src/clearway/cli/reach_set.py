@@ -74,7 +74,7 @@ def reach_set(
     tuning = {} if spread is None else {"spread": float(spread)}
     tuning |= {} if harmonic is None else {"harmonic": float(harmonic)}
     tuning |= {} if side_exits else {"side_exits": 0.0}
-    start_pitch_rad = checked_pitch(start_pitch_deg, automaton)
+    start_pitch_rad = check_pitch(start_pitch_deg, automaton)
     movements_deep(automaton, grid)  # Tells of a grid that no chain of movements should cross.
     began = time.perf_counter()
     tree = build_reach_set(
@@ -90,7 +90,7 @@ def reach_set(
         say(f"picture: {_draw(tree, method, folder, pictures)}")
 
 
-def checked_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float:
+def check_pitch(start_pitch_deg: float, automaton: MovementAutomaton) -> float:
     """Start pitch in radians; raises ClearwayError beyond the limit."""
     import math
 
@@ -106,7 +106,7 @@ def _draw(tree: ReachSet, method: str, folder: ResultsFolder, pictures: Pictures
     from clearway.view.plot.style import house_style
 
     name = f"reach-set-{method}-{tree.grid.layers}-layers"
-    with folder.written() as scratch, house_style():
+    with folder.write() as scratch, house_style():
         figure = draw_reach_set_views(tree, title=f"{method} reach set")
         return folder.path / pictures.save(figure, scratch, name)
 

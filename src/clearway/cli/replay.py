@@ -67,12 +67,12 @@ def replay(
         filmed.make_film(recording, film)
         if html is None:
             if as_json:
-                print_json(_told(recording) | {"video": str(film.path)})
+                print_json(_describe(recording) | {"video": str(film.path)})
             return
     other = None if beside is None else read_run(beside)
     with damage_told(recording.source if other is None else f"{run} or {beside}", "run"):
         page = page_of(recording, other)
-        result = _told(recording) | {"page_bytes": len(page.encode())}
+        result = _describe(recording) | {"page_bytes": len(page.encode())}
     if html is not None:
         _write(page, html)
         say(f"wrote {html}, {len(page.encode()) / 1e6:.2f} MB")
@@ -91,7 +91,7 @@ def _lay_out(path: Path, as_json: bool) -> None:
         print_json({"layout": str(path)})
 
 
-def _told(recording: Recording) -> dict[str, Any]:
+def _describe(recording: Recording) -> dict[str, Any]:
     return {
         "run": recording.source,
         "mission": recording.mission["name"],
@@ -103,9 +103,9 @@ def _told(recording: Recording) -> dict[str, Any]:
 
 def _write(text: str, path: Path) -> None:
     """The whole file or nothing."""
-    from clearway.io.staging import staged_file
+    from clearway.io.staging import stage_file
 
-    with staged_file(path) as scratch:
+    with stage_file(path) as scratch:
         scratch.write_text(text, encoding="utf-8", newline="\n")
 
 

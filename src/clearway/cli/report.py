@@ -25,7 +25,7 @@ from clearway.base.errors import (
 from clearway.base.plain_text import LONGEST_MESSAGE, in_full, make_printable, shorten, some_lines
 from clearway.base.verdict import DemandVerdict, worst_of
 from clearway.base.version import SCHEMA_VERSION
-from clearway.cli.output import READER_GONE, taken_over
+from clearway.cli.output import READER_GONE, take_over_output
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -53,7 +53,7 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
     """
 
     @functools.wraps(command)
-    def guarded(*args: Parameters.args, **options: Parameters.kwargs) -> Result:
+    def guard_command(*args: Parameters.args, **options: Parameters.kwargs) -> Result:
         given = [*args, *options.values()]
         try:
             for name in _names(given):
@@ -66,7 +66,9 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             return command(*args, **options)
         except ClearwayError as error:
             told = [
-                _told(one) if isinstance(one, MissingExtraError) else _with_file(_told(one), given)
+                _write_message(one)
+                if isinstance(one, MissingExtraError)
+                else _with_file(_write_message(one), given)
                 for one in (error.errors if isinstance(error, SeveralErrors) else (error,))
             ]
             hints = tuple(_other_kinds(told, options, command.__name__))
@@ -97,17 +99,17 @@ def run_guarded(command: Callable[Parameters, Result]) -> Callable[Parameters, R
             )
             leave(BAD_INPUT)
 
-    return guarded
+    return guard_command
 
 
 def run_program(app: Callable[[], object]) -> None:
-    """The whole program: what nobody foresaw is told in a line too, exit status 70.
+    """The whole program: what nobody foresaw is reported in a line too, exit status 70.
 
     CLEARWAY_TRACEBACK=1 shows where it came from, and `python -W` the warnings of libraries.
     """
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
-    output = taken_over()
+    output = take_over_output()
     # Pictures go to files, whatever a notebook or a desktop asks for in the environment.
     os.environ["MPLBACKEND"] = "agg"
     # What matplotlib logs of axes and fonts is no news to who asked for a picture.
@@ -146,7 +148,7 @@ def _names(given: Iterable[object]) -> Iterator[str | Path]:
             yield from _names(value)
 
 
-def _told(error: ClearwayError) -> str:
+def _write_message(error: ClearwayError) -> str:
     """The message, with all problems of a file that has several."""
     if isinstance(error, InputError):
         return in_full(make_printable(error.source, ""), error.problems)
@@ -249,7 +251,7 @@ def print_words(words: str) -> None:
     print(make_printable(words))
 
 
-def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:
+def add_sources(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[str, Any]:
     """The result with the version of its form and where it comes from; inputs: files behind it."""
     from clearway.base.provenance import provenance
 
@@ -259,5 +261,5 @@ def sourced(result: dict[str, Any], inputs: Iterable[str | Path] = ()) -> dict[s
 
 def print_json(result: dict[str, Any]) -> None:
     """One JSON object on standard output, with where it comes from."""
-    print(json.dumps(sourced(result), allow_nan=False).replace("\x7f", "\\u007f"))
+    print(json.dumps(add_sources(result), allow_nan=False).replace("\x7f", "\\u007f"))
     sys.stdout.flush()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import print_json, say, sourced
+from clearway.cli.report import add_sources, print_json, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -51,14 +51,14 @@ def reproduce(
     from clearway.studies.reproduction.report import as_text, summarize_reproduction
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = ResultsFolder.checked(out, "reproduce", "", adds=True)
+    folder = ResultsFolder.check(out, "reproduce", "", adds=True)
     if docs is not None:
         refuse_unwritable_file(docs, "--docs")
     made = {}
     for target in targets_named(targets or []):
         say(f"{target.name}: {target.title}")
         made[target] = target.make()
-    result = sourced(summarize_reproduction(made))
+    result = add_sources(summarize_reproduction(made))
     if as_json:
         print_json(result)
     else:
@@ -86,7 +86,7 @@ def _write(
     """Result and pictures; all of it or nothing."""
     from clearway.view.plot.style import house_style
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         (scratch / "result.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         for exhibits in made.values():
             for exhibit in exhibits:
@@ -98,8 +98,8 @@ def _write(
 
 
 def _write_page(made: Made, command: str, page: Path) -> None:
-    from clearway.io.staging import staged_file
+    from clearway.io.staging import stage_file
     from clearway.studies.reproduction.report import as_page
 
-    with staged_file(page) as scratch:
+    with stage_file(page) as scratch:
         scratch.write_text(as_page(made, command))

@@ -15,7 +15,7 @@ from clearway.cli.numbers import MOST_COUNTED, MOST_WORKERS, number_pair
 from clearway.cli.progress import progress_bar
 from clearway.cli.report import leave_by, print_json, say
 from clearway.cli.risk_files import draw_curves, results_folder, write_study
-from clearway.cli.risk_given import chosen_layers, chosen_planners, read_encounters_model
+from clearway.cli.risk_given import choose_layers, choose_risk_planners, read_encounters_model
 from clearway.cli.risk_models import ModelWatch, fly_models
 from clearway.cli.risk_table import print_risk
 
@@ -196,7 +196,7 @@ def risk(
             ceiling_ft=ceiling_ft,
             surveillance_seed=seed,
             **({} if within_s is None else {"within_s": within_s}),
-            layers=chosen_layers(layers),
+            layers=choose_layers(layers),
         )
     else:
         refuse_given(context, REAL_ALONE, "is for --vehicle or --surveillance")
@@ -206,9 +206,9 @@ def risk(
             report_s=report_s,
             position_std_m=position_std,
             velocity_std_mps=velocity_std,
-            layers=chosen_layers(layers),
+            layers=choose_layers(layers),
         )
-    names = chosen_planners(planners, settings)
+    names = choose_risk_planners(planners, settings)
     if models is not None:
         refuse_given(context, ("model", "only"), "is of one model: leave out --models")
         if within_s is None:
@@ -225,7 +225,7 @@ def risk(
         _fly_one(network, only, names, settings, seed, folder, as_json, pictures)
         return
     numbers = range(first, first + count)
-    result = _flown(network, names, numbers, settings, seed, workers, journal)
+    result = _fly_with_bar(network, names, numbers, settings, seed, workers, journal)
     told = summary(result, network, asked)
     if as_json:
         print_json(told)
@@ -236,7 +236,7 @@ def risk(
     leave_by([verdict_of(told["planners"][names[0]])])
 
 
-def _flown(
+def _fly_with_bar(
     model: EncounterModel,
     planners: Sequence[str],
     numbers: Sequence[int],
@@ -263,9 +263,9 @@ def _fly_one(
     pictures: Pictures,
 ) -> None:
     """Fly one encounter with every planner; draw it, and say what was decided when."""
-    from clearway.studies.risk.replay import replayed
+    from clearway.studies.risk.replay import replay_encounter
 
-    told = replayed(model, number, planners, settings, seed)
+    told = replay_encounter(model, number, planners, settings, seed)
     if as_json:
         print_json(told.as_dict())
     else:
@@ -275,6 +275,6 @@ def _fly_one(
         from clearway.studies.figures.risk import draw_encounter
         from clearway.view.plot.style import house_style
 
-        with folder.written() as scratch, house_style():
+        with folder.write() as scratch, house_style():
             name = pictures.save(draw_encounter(told.tracks), scratch, f"encounter-{number}")
         say(f"wrote {name} to {folder.path}")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clearway.cli.report import say, sourced
+from clearway.cli.report import add_sources, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -22,8 +22,8 @@ def results_folder(out: Path | None, model: Path | None, only: int | None) -> Re
         return None
     of = "made-up numbers" if model is None else model.name
     if only is not None:
-        return ResultsFolder.checked(out, "risk --only", of, adds=True)
-    return ResultsFolder.checked(out, "risk", of)
+        return ResultsFolder.check(out, "risk --only", of, adds=True)
+    return ResultsFolder.check(out, "risk", of)
 
 
 def write_study(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) -> None:
@@ -32,10 +32,10 @@ def write_study(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) 
 
     from clearway.studies.risk.summary import write_encounters
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         write_encounters(result, scratch / "encounters.csv")
         (scratch / "risk.json").write_text(
-            json.dumps(sourced(told), indent=2, allow_nan=False) + "\n"
+            json.dumps(add_sources(told), indent=2, allow_nan=False) + "\n"
         )
     say(f"wrote encounters.csv, risk.json to {folder.path}")
 
@@ -43,13 +43,13 @@ def write_study(result: RiskStudy, told: dict[str, Any], folder: ResultsFolder) 
 def draw_curves(files: Sequence[Path], out: Path | None, pictures: Pictures) -> None:
     """Earlier studies in one picture; raises InputError where there is no folder for it."""
     from clearway.base.errors import InputError
-    from clearway.io.staging import staged
+    from clearway.io.staging import stage_folder
     from clearway.studies.figures.risk_curves import draw_risk_curves, read_study
     from clearway.view.plot.style import house_style
 
     if out is None:
         raise InputError("--curves", "needs --out, a folder for the picture")
     studies = [read_study(file) for file in files]
-    with staged(out) as scratch, house_style():
+    with stage_folder(out) as scratch, house_style():
         name = pictures.save(draw_risk_curves(studies), scratch, "risk-curves")
     say(f"wrote {name} to {out}")

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from clearway.studies.risk.settings import RiskSettings
 
 
-def chosen_layers(text: str) -> tuple[int, ...]:
+def choose_layers(text: str) -> tuple[int, ...]:
     """Return layers from 0 of `--layers`; raises InputError."""
     from clearway.base.errors import InputError
 
@@ -26,9 +26,9 @@ def chosen_layers(text: str) -> tuple[int, ...]:
     return tuple(number - 1 for number in numbers)
 
 
-def chosen_planners(names: str, settings: RiskSettings) -> list[str]:
+def choose_risk_planners(names: str, settings: RiskSettings) -> list[str]:
     """Return the planners asked for, each once; raises ClearwayError."""
-    from clearway.sim.baselines import known_planner
+    from clearway.sim.baselines import check_planner_name
     from clearway.studies.risk.long_choice import long_planner
 
     wanted = split_names(names)
@@ -36,19 +36,19 @@ def chosen_planners(names: str, settings: RiskSettings) -> list[str]:
         for name in wanted:
             long_planner(name)
         return list(dict.fromkeys(wanted))
-    chosen = [known_planner(name) for name in wanted]
+    chosen = [check_planner_name(name) for name in wanted]
     return list(dict.fromkeys(chosen))
 
 
 def read_encounters_model(path: Path | None, settings: RiskSettings) -> EncounterModel:
     """Return the model of a file, or one with made-up numbers; raises InputError."""
     from clearway.io.public_data import find_public_data
-    from clearway.studies.encounter_model import made_up_model, read_encounter_model
+    from clearway.studies.encounter_model import make_up_model, read_encounter_model
     from clearway.studies.risk.fit import is_slow
 
     if path is None:
         say("no model given: the numbers of this one are made up, not measured")
-    network = made_up_model() if path is None else read_encounter_model(find_public_data(path))
+    network = make_up_model() if path is None else read_encounter_model(find_public_data(path))
     check_layers(network, settings)
     if settings.vehicle and is_slow(network) and settings.within_s < settings.crossing_s:
         say(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from clearway.cli.progress import progress_bar
-from clearway.cli.report import leave_by, print_json, say, sourced
+from clearway.cli.report import add_sources, leave_by, print_json, say
 from clearway.cli.risk_given import check_layers
 from clearway.cli.tables import plain_table, print_table
 
@@ -88,9 +88,9 @@ def _write(studies: Sequence[ModelStudy], folder: ResultsFolder) -> None:
     from clearway.studies.risk.many import summarize_models
     from clearway.studies.risk.summary import write_encounters
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         for one in studies:
             write_encounters(one.result, scratch / f"{one.name}.csv")
-        told = sourced(summarize_models(studies))
+        told = add_sources(summarize_models(studies))
         (scratch / "risk.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
     say(f"wrote {len(studies)} tables of encounters, risk.json to {folder.path}")

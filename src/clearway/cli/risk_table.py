@@ -19,7 +19,7 @@ VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
     """summary: of the result, as `--json` prints it."""
     from clearway.sim.baselines import NOT_APPLICABLE
-    from clearway.sim.baselines.notes import not_known, shared
+    from clearway.sim.baselines.notes import list_shared_notes, not_known
     from clearway.studies.risk.ratios import MEASURES
 
     print(f"{summary['encounters']} encounters of {summary['model']}: {summary['kind']}")
@@ -38,7 +38,7 @@ def print_risk(result: RiskStudy, summary: dict[str, Any]) -> None:
         print(f"{planner}: {measures['mean_aside_m']:.0f} m off its path in the mean{decides}")
     for line in not_known((name, each["hidden"]) for name, each in summary["planners"].items()):
         print(line)
-    for line in REAL_SCALE if result.settings.vehicle else shared(result.planners):
+    for line in REAL_SCALE if result.settings.vehicle else list_shared_notes(result.planners):
         print(line)
     effective = ", ".join(
         f"{PLURALS[name]} {summary['effective'][name]:.0f}" for name in summary["effective"]

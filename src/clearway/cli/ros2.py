@@ -14,7 +14,7 @@ import typer
 from clearway.cli import mavlink_options, ros2_bus
 from clearway.cli.flight_time import FlightTime
 from clearway.cli.live_ends import stop_rule
-from clearway.cli.report import NOT_REACHED, leave, print_json, say, sourced
+from clearway.cli.report import NOT_REACHED, add_sources, leave, print_json, say
 from clearway.cli.ros2_bus import BUS_CHECK_S, BusOptions, open_node, refuse_unusable
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def ros2(
         result, missing = summarize_node(link, report), link.missing()
         words = describe_node(result, link)
     if as_json:
-        print_json(sourced(result | {"missing": missing}))
+        print_json(add_sources(result | {"missing": missing}))
     else:
         print(words)
         if check:
@@ -103,7 +103,7 @@ class NodeWatch:
 
 
 def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
-    from clearway.io.json_values import rounded
+    from clearway.io.json_values import round_number
 
     system = link.session.system
     decision = link.published[link.decision_topic]
@@ -111,7 +111,7 @@ def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
         "mission": system.mission.name,
         "acting": link.parameters.act,
         "played_back": link.bus.recorded,
-        "reached": system.progress.done(system.mission),
+        "reached": system.progress.is_done(system.mission),
         "waypoints_reached": system.progress.waypoints_reached(system.mission),
         "state": str(link.session.state),
         **system.escape.to_json(),
@@ -123,7 +123,7 @@ def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
                 "messages": heard.messages,
                 "not_usable": heard.refused,
                 "rate_hz": round(heard.rate_hz, 3),
-                "age_s": rounded(heard.age_s, 3),
+                "age_s": round_number(heard.age_s, 3),
             }
             for topic, heard in link.topics.items()
         },
@@ -133,8 +133,8 @@ def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
     }
 
 
-def _reached(result: dict[str, Any]) -> str:
-    """A recording flies nowhere: what it passed is all that can be said."""
+def _describe_reached(result: dict[str, Any]) -> str:
+    """A recording flies nowhere: what it passed is all that can be stated."""
     if result["played_back"]:
         return f"played back, not flown: its vehicle passed {result['waypoints_reached']} waypoints"
     return f"{'yes' if result['reached'] else 'NO'}, {result['waypoints_reached']} waypoints"
@@ -143,7 +143,7 @@ def _reached(result: dict[str, Any]) -> str:
 def describe_node(result: dict[str, Any], link: Any) -> str:
     lines = [
         f"mission    {result['mission']}, {'acting' if result['acting'] else 'read-only'}",
-        f"reached    {_reached(result)}; the link at the end: {result['state']}",
+        f"reached    {_describe_reached(result)}; the link at the end: {result['state']}",
         f"escape     {result['escape_mode']}: {result['escape_why']}",
         f"decisions  {result['decisions']}, {result['ticks']} ticks, {result['late']} late",
     ]

@@ -26,7 +26,7 @@ def sample(
     from clearway.io.results_folder import ResultsFolder
     from clearway.studies.samples import write_samples
 
-    place = ResultsFolder.checked(folder, "sample", "", careful=True, option="DIR")
+    place = ResultsFolder.check(folder, "sample", "", careful=True, option="DIR")
     written = write_samples(place, seed)
     if as_json:
         print_json(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 OUTPUT, FLYING = "Output", "Flying an encounter"
 UTC_LENGTH = 19
 # Of a date and the blank after it.
-DATE_LENGTH = len("2026-01-01 ")
+DATE_LENGTH = len("YYYY-MM-DD ")
 SLOW_PAIRS = "closest pairs with an aircraft at 40 kt or less, marked *"
 
 
@@ -108,7 +108,7 @@ def traffic(
     if out is not None:
         from clearway.io.results_folder import ResultsFolder
 
-        folder = ResultsFolder.checked(out, "traffic", " ".join(file.name for file in files))
+        folder = ResultsFolder.check(out, "traffic", " ".join(file.name for file in files))
     result: dict[str, Any] = {
         "schema_version": SCHEMA_VERSION,
         "recordings": [traffic_result(picture) for picture in pictures],
@@ -157,12 +157,12 @@ def _write(
     from clearway.view.plot.recording import draw_recording
     from clearway.view.plot.style import house_style
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         (scratch / "traffic.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         names: set[str] = set()
         for picture in pictures:
             name = Path(picture.recording.source).name.split(".")[0] or "traffic"
-            name = next(n for n in _numbered(name) if n not in names)
+            name = next(n for n in _number_name(name) if n not in names)
             names.add(name)
             with house_style():
                 kept.save(draw_recording(picture), scratch, name)
@@ -170,7 +170,7 @@ def _write(
     say(f"wrote {', '.join(written)} to {folder.path}")
 
 
-def _numbered(name: str) -> Any:
+def _number_name(name: str) -> Any:
     """The name, then name-2, name-3 ..."""
     yield name
     number = 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from clearway.cli import picture_options as drawn
-from clearway.cli.report import NOT_SHOWN, leave, print_json, print_words, say, sourced
+from clearway.cli.report import NOT_SHOWN, add_sources, leave, print_json, print_words, say
 
 if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
@@ -47,11 +47,11 @@ def why(
     from clearway.studies.why.words import explain_as_json, explain_in_words, leaves_open
 
     pictures = drawn.pictures_of(form, dpi)
-    folder = None if out is None else ResultsFolder.checked(out, "why", log.stem)
+    folder = None if out is None else ResultsFolder.check(out, "why", log.stem)
     explained = explain_flight(log, mission, say)
     for note in (*explained.flight.notes, *explained.judge.notes):
         say(note)
-    result = sourced(explain_as_json(explained), [log] if mission is None else [log, mission])
+    result = add_sources(explain_as_json(explained), [log] if mission is None else [log, mission])
     if as_json:
         print_json(result)
     else:
@@ -71,7 +71,7 @@ def _write(
     from clearway.studies.figures.why import draw_why
     from clearway.view.plot.style import house_style
 
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         (scratch / "why.json").write_text(json.dumps(result, allow_nan=False) + "\n")
         with house_style():
             pictures.save(draw_why(explained), scratch, "why")

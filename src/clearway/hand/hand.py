@@ -25,7 +25,7 @@ ANSWERS_S, TRIES_S = 0.2, 0.0005
 STARTS_S = 20.0
 """The second process watches within this time."""
 ENDS_S = 2.0
-"""It has ended so long after it was told to."""
+"""It has ended so long after it was asked to."""
 QUEUE_BYTES = 1 << 20
 RELIEVED = "the second process has taken over: this one was silent for too long"
 Notice = Callable[[str], None]
@@ -140,7 +140,7 @@ class SecondProcess:
                 return
         self._process.kill()
         self._process.wait()
-        self._lost("did not start")
+        self._lose("did not start")
 
     def hand_over(self, handed: HandOver | None) -> None:
         kind = Kind.PULSE if handed is None else Kind.ESCAPE
@@ -173,7 +173,7 @@ class SecondProcess:
             if time.monotonic() > until:
                 self._process.kill()  # It hangs with the word: nobody would speak.
                 self._process.wait()
-                self._lost("hung, and was killed")
+                self._lose("hung, and was killed")
                 return self._word.take()
             time.sleep(TRIES_S)
         self.on_return()
@@ -191,11 +191,11 @@ class SecondProcess:
         except BlockingIOError:
             return False  # It does not keep up: the next one is whole again.
         except OSError:
-            self._lost("has ended")
+            self._lose("has ended")
             return False
         return True
 
-    def _lost(self, how: str) -> None:
+    def _lose(self, how: str) -> None:
         if self._word.is_marked:
             self._step_back()
         elif not self._gone:

@@ -86,7 +86,7 @@ def decode(data: bytes) -> tuple[Kind, float, HandOver | None]:
         raise BrokenHandOver("the checksum is wrong")
     try:
         kind = Kind(number)
-        return kind, sent_s, _handed(marshal.loads(body)) if kind is Kind.ESCAPE else None
+        return kind, sent_s, _make_hand_over(marshal.loads(body)) if kind is Kind.ESCAPE else None
     except (ValueError, TypeError, EOFError) as cause:
         raise BrokenHandOver(str(cause)) from cause
 
@@ -105,7 +105,7 @@ def _packets(rows: Any) -> tuple[Packet, ...]:
     return found
 
 
-def _handed(rows: Any) -> HandOver:
+def _make_hand_over(rows: Any) -> HandOver:
     """Of plain tuples; ValueError or TypeError where they are none of ours."""
     moments, why_none, peer, vehicle_s, *says = rows
     found = tuple(Scheduled(float(at_s), _packets(packets)) for at_s, packets in moments)

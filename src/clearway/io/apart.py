@@ -1,8 +1,8 @@
 """Reading in a process of its own: where a library may end its process, or never end.
 
 The process, forked by `readers`, has so much memory and processor time, by the size of the file,
-and nothing of what it prints is seen. What it sends back, or how it ended, is told like anything
-that a reader says.
+and nothing of what it prints is seen. What it sends back, or how it ended, is reported like
+anything that a reader says.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _answers(
             pickle.dump((function, arguments), ask, protocol=5)
         with os.fdopen(receiving, "rb", buffering=0) as pipe:
             while True:
-                answer = _received(pipe)
+                answer = _receive(pipe)
                 if answer is None:
                     raise InputError(str(path), f"damaged {kind}: {_end_of(process)}")
                 what, value = answer
@@ -125,7 +125,7 @@ def _end_of(process: Reader) -> str:
     return f"the library that reads it broke down ({signal.Signals(-status).name})"
 
 
-def _received(pipe: IO[bytes]) -> Any:
+def _receive(pipe: IO[bytes]) -> Any:
     """The next answer; None where there is none any more."""
     deadline = time.monotonic() + LONGEST_WAIT_S
     count = _bytes(pipe, LENGTH.size, deadline)

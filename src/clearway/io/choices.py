@@ -43,7 +43,7 @@ class OneOf:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        return core_schema.with_info_after_validator_function(self._checked, handler(source))
+        return core_schema.with_info_after_validator_function(self._check, handler(source))
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -53,12 +53,12 @@ class OneOf:
             {"enum": self.names, "own": OWN_CODE_FORM} if self.takes_own else {"enum": self.names}
         )
 
-    def _checked(self, name: str, info: ValidationInfo) -> str:
+    def _check(self, name: str, info: ValidationInfo) -> str:
         if name in self.names:
             return name
         if isinstance(self.registry, Variants) and self.registry.takes_own and is_own_code(name):
             try:
-                return self.registry.located(name, find_read_folder(info))
+                return self.registry.locate(name, find_read_folder(info))
             except ClearwayError as error:
                 raise ValueError(str(error)) from error
         quoted = [repr(one) for one in self.names]

@@ -22,7 +22,8 @@ LONGEST_VALUE = 40
 
 
 class Foreign(BaseModel):
-    """A table of a format that is not ours: other keys are left aside, text may be a number."""
+    """A table of a format that is not ours: other keys are left to the side, text may be a
+    number."""
 
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
@@ -45,7 +46,7 @@ def read_text(path: Path, western: bool = False) -> str:
     return text
 
 
-def unended(text: str | bytes) -> tuple[str, ...]:
+def note_unended(text: str | bytes) -> tuple[str, ...]:
     """A note where the last line of a table has no end: its last number may have lost digits."""
     ended = text.endswith(("\n", "\r")) if isinstance(text, str) else text.endswith((b"\n", b"\r"))
     return () if ended else ("the last line has no line end: cut off?",)
@@ -64,7 +65,7 @@ class _RepeatedKeyError(Exception):
     """A key that an object has more than once, and the values that it has there."""
 
 
-def parsed_json(source: str | Path, text: str | bytes, place: str = "") -> Any:
+def parse_json(source: str | Path, text: str | bytes, place: str = "") -> Any:
     """Any value of JSON text, whole numbers beyond 64 bits as floats.
 
     Raises NoJsonError where it is none, InputError of the source where an object of it has a key

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import NoJsonError, parsed_json
+from clearway.io.foreign import NoJsonError, parse_json
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -21,7 +21,7 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
     lines = content.removeprefix(BYTE_ORDER_MARK).splitlines()
     if not _parses(source, lines[0]):
         try:
-            yield from _of(parsed_json(source, b"\n".join(lines)), "", sieve)
+            yield from _of(parse_json(source, b"\n".join(lines)), "", sieve)
             return
         except NoJsonError as cause:
             if len(lines) == 1 or lines[0].strip() in (b"{", b"[", b"[{"):
@@ -32,7 +32,7 @@ def json_objects(source: str, content: bytes, sieve: Sieve) -> Iterator[tuple[st
         if not line.strip():
             continue
         try:
-            found = parsed_json(source, line, f"line {number}")
+            found = parse_json(source, line, f"line {number}")
         except NoJsonError as cause:
             if number == len(lines) and not whole:
                 sieve.cut_off(f"line {number}, the last one, ends in the middle: {cause}")
@@ -55,7 +55,7 @@ def _of(found: Any, place: str, sieve: Sieve) -> Iterator[tuple[str, dict[str, A
 
 def _parses(source: str, line: bytes) -> bool:
     try:
-        parsed_json(source, line, "line 1")
+        parse_json(source, line, "line 1")
     except NoJsonError:
         return False
     return True

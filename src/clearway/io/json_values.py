@@ -10,6 +10,6 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def rounded(value: float, digits: int = 6) -> float | None:
+def round_number(value: float, digits: int = 6) -> float | None:
     """The number to so many digits after the point."""
     return round(float(value), digits) if math.isfinite(value) else None

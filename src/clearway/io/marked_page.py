@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from clearway.base.errors import InputError, naming
-from clearway.io.staging import staged_file
+from clearway.io.staging import stage_file
 
 
 def put_between_marks(page: Path, name: str, made: str) -> None:
@@ -20,5 +20,5 @@ def put_between_marks(page: Path, name: str, made: str) -> None:
         _, closed, after = rest.partition(end)
         if not (found and closed):
             raise InputError(str(page), f"no {begin} ... {end}")
-    with staged_file(page) as scratch:
+    with stage_file(page) as scratch:
         scratch.write_text(f"{before}{begin}\n{made.strip()}\n{end}{after}", encoding="utf-8")

@@ -1,6 +1,6 @@
 """Public files that flights of the documentation use: where they are, and whose.
 
-None of them is part of clearway. What is fetched is held against the hash of the file that the
+None of them is part of clearway. What is fetched is checked against the hash of the file that the
 documentation's figures were made with.
 """
 
@@ -124,7 +124,7 @@ FILES = (
 
 def where_from(path: str | Path) -> str:
     """The end of a message about a file that is not there: how to get it, where that is known."""
-    known = _known(path)
+    known = _find_known(path)
     if known is None:
         return ""
     return (
@@ -134,12 +134,12 @@ def where_from(path: str | Path) -> str:
 
 
 def at_hand(path: Path) -> Path:
-    """A file where it is said to be; a public one that is not there, in the folder of data.
+    """A file where it is stated to be; a public one that is not there, in the folder of data.
 
     The folder is that of the environment variable CLEARWAY_DATA. Returns the path as given where
     the file is in neither place.
     """
-    known, folder = _known(path), os.environ.get(FOLDER)
+    known, folder = _find_known(path), os.environ.get(FOLDER)
     if known is None or not folder or os.path.exists(path):
         return path
     kept = Path(folder).absolute() / known.name
@@ -154,7 +154,7 @@ def find_public_data(path: Path) -> Path:
     return there
 
 
-def _known(path: str | Path) -> PublicFile | None:
+def _find_known(path: str | Path) -> PublicFile | None:
     return next((one for one in FILES if Path(one.name).name == Path(path).name), None)
 
 
@@ -167,7 +167,7 @@ def is_there(file: PublicFile, folder: Path) -> bool:
         return hashlib.file_digest(content, "sha256").hexdigest() == file.sha256
 
 
-def fetched(
+def fetch_file(
     file: PublicFile, folder: Path, watch: Callable[[int], None] = lambda _more: None
 ) -> bool:
     """Bring a file into a folder of data: whole and with its hash, or not at all.

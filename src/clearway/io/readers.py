@@ -70,7 +70,7 @@ class Keeper:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     @classmethod
-    def started(cls) -> Keeper:
+    def start(cls) -> Keeper:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
             process = subprocess.Popen(
@@ -133,7 +133,7 @@ def reader(module: str, asking: int, sending: int) -> Reader:
             _kept.close()
             _earlier.append(_kept)
         _earlier[:] = [each for each in _earlier if each.process.poll() is None]
-        _kept = Keeper.started()
+        _kept = Keeper.start()
         return _kept.fork(module, asking, sending)
 
 
@@ -171,12 +171,12 @@ def keep(control_fd: int, serve: Serve) -> None:
                 if len(fds) < FDS:
                     asked.unregister(control)
                     continue
-                life = _forked(serve, module, fds, (control, *running), running)
+                life = _fork(serve, module, fds, (control, *running), running)
                 if life is not None:
                     asked.register(life, selectors.EVENT_READ)
 
 
-def _forked(
+def _fork(
     serve: Serve,
     module: str,
     fds: list[int],

@@ -18,7 +18,7 @@ from typing import Any
 from clearway.base.errors import InputError, naming, special_kind
 from clearway.base.provenance import sha256_of
 from clearway.base.version import SCHEMA_VERSION
-from clearway.io.staging import leads_elsewhere, nearest_folder, staged
+from clearway.io.staging import leads_elsewhere, nearest_folder, stage_folder
 
 LIST = ".clearway.json"
 """Beside the results: what they are of, and their names."""
@@ -46,7 +46,7 @@ TELLING = (
 
 @dataclass(frozen=True, slots=True)
 class ResultsFolder:
-    """Where the results of one run go; `checked` makes one."""
+    """Where the results of one run go; `check` makes one."""
 
     path: Path
     command: str
@@ -64,7 +64,7 @@ class ResultsFolder:
     """What the list said when the folder was looked at; None where there was none."""
 
     @classmethod
-    def checked(
+    def check(
         cls,
         path: Path,
         command: str,
@@ -83,7 +83,7 @@ class ResultsFolder:
         Raises InputError that names the folder and what to do. Nothing is left behind.
         """
         refuse_unwritable(path, option)
-        listed, list_then = _listed(path), _list_text(path)
+        listed, list_then = _read_list(path), _list_text(path)
         if listed is None:
             strange = [name for name in TELLING if name not in own and (path / name).exists()]
             if strange:
@@ -104,26 +104,26 @@ class ResultsFolder:
 
     def taking_more(self) -> ResultsFolder:
         """The same folder once this run has written into it, for what it adds later: pictures take
-        long, and what ends them costs no result. Errors as of `checked`."""
-        return self.checked(self.path, self.command, self.of, adds=True)
+        long, and what ends them costs no result. Errors as of `check`."""
+        return self.check(self.path, self.command, self.of, adds=True)
 
     @contextmanager
-    def written(self) -> Iterator[Path]:
+    def write(self) -> Iterator[Path]:
         """A scratch folder, whose files take the place of the run before when the block ends.
 
-        Errors as of `staged`; what the run before left stays then. InputError where it is careful
-        and a file that is there is not as it was written, and where another run has written into
-        the folder since it was looked at: results of two must not lie side by side.
+        Errors as of `stage_folder`; what the run before left stays then. InputError where it is
+        careful and a file that is there is not as it was written, and where another run has
+        written into the folder since it was looked at: results of two must not lie side by side.
         """
         files: list[str] = []
-        with staged(self.path) as scratch:
+        with stage_folder(self.path) as scratch:
             yield scratch
             files += sorted(
                 path.relative_to(scratch).as_posix()
                 for path in scratch.rglob("*")
                 if path.is_file()
             )
-            before = self._left_by_then()
+            before = self._list_left()
             kept = sorted({*before, *files}) if self.adds else files
             told: dict[str, Any] = {"command": self.command, "of": self.of, "files": kept}
             if self.careful:
@@ -135,12 +135,12 @@ class ResultsFolder:
             for name in set(before) - set(files):
                 _remove(self.path, name)
 
-    def _left_by_then(self) -> Sequence[str]:
+    def _list_left(self) -> Sequence[str]:
         """The files of the run before, as they are listed now."""
         list_now = _list_text(self.path)
         if list_now is None or list_now == self.list_then:
             return self.before
-        listed = _listed(self.path)
+        listed = _read_list(self.path)
         same = listed is not None and (listed["command"], listed["of"]) == (self.command, self.of)
         if listed is None or not (self.adds and same):
             raise InputError(
@@ -151,7 +151,7 @@ class ResultsFolder:
         return files
 
     def _refuse_foreign(self, fresh: Mapping[str, str | None]) -> None:
-        told = (_listed(self.path) or {}).get("sha256")
+        told = (_read_list(self.path) or {}).get("sha256")
         written = told if isinstance(told, dict) else {}
         foreign = [
             name
@@ -206,7 +206,7 @@ def _list_text(folder: Path) -> str | None:
         return None
 
 
-def _listed(folder: Path) -> dict[str, Any] | None:
+def _read_list(folder: Path) -> dict[str, Any] | None:
     """What the list of a folder says; None where there is none, or one that nobody can read."""
     text = _list_text(folder)
     try:

@@ -1,4 +1,4 @@
-"""Results that are whole or absent: written aside, moved into place at the end."""
+"""Results that are whole or absent: written to the side, moved into place at the end."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def name_results_folder(name: str) -> Path:
 
 
 @contextmanager
-def staged(folder: str | Path) -> Iterator[Path]:
+def stage_folder(folder: str | Path) -> Iterator[Path]:
     """A scratch folder whose files move into `folder` when the block ends without an error.
 
     Files of the same name in an existing `folder` are replaced, others stay. After an error
@@ -46,7 +46,7 @@ def staged(folder: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def staged_file(path: str | Path) -> Iterator[Path]:
+def stage_file(path: str | Path) -> Iterator[Path]:
     """A scratch file that takes the place of `path` when the block ends without an error.
 
     After an error what was there before stays. What is no file (`/dev/stdout`, a pipe) is written

@@ -21,7 +21,7 @@ SMALLEST, LARGEST = 1e-30, 1e30
 MOST_VALUES = 500_000
 """Of a file of our own, tables and lists too: what is larger is a map or a point cloud."""
 MOST_PRINTED_PROBLEMS = 50
-"""Problems of one file that are told; of more, how many there are."""
+"""Problems of one file that are reported; of more, how many there are."""
 SHORT_LIST, SHORT_TABLE = 20, 200
 """Entries that are looked at again where nearly all are wrong."""
 
@@ -80,7 +80,7 @@ def each_parsed(
     """Entries of a list or table as `model` one by one, with numbers or keys: no long one is held
     twice.
 
-    What is wrong is told as by `parse_model` after the last one, or once there is much of it.
+    What is wrong is reported as by `parse_model` after the last one, or once there is much of it.
     """
     if not isinstance(values, (list, Mapping)):
         raise InputError(source, f"{place}: should be a list, got {show_value(values)}")
@@ -112,9 +112,9 @@ def _first_problems(
     data: object, model: type[BaseModel], context: Any, root: str = ""
 ) -> list[str]:
     """Problems of the data with every long list and table cut short."""
-    short = _shortened(data)
+    short = _shorten(data)
     if isinstance(data, Mapping) and isinstance(short, dict):
-        short |= {key: _shortened(data[key]) for key in model.model_fields if key in data}
+        short |= {key: _shorten(data[key]) for key in model.model_fields if key in data}
     try:
         model.model_validate(short, context=context)
     except ValidationError as error:
@@ -122,11 +122,11 @@ def _first_problems(
     return []
 
 
-def _shortened(value: object) -> object:
+def _shorten(value: object) -> object:
     if isinstance(value, Mapping):
-        return {key: _shortened(inner) for key, inner in islice(value.items(), SHORT_TABLE)}
+        return {key: _shorten(inner) for key, inner in islice(value.items(), SHORT_TABLE)}
     if isinstance(value, (list, tuple)):
-        return [_shortened(inner) for inner in value[:SHORT_LIST]]
+        return [_shorten(inner) for inner in value[:SHORT_LIST]]
     return value
 
 

@@ -41,7 +41,8 @@ def problems_of(
 
 
 def _follows_from_others(item: Any) -> bool:
-    """Whether a list only lacks entries because they are wrong themselves, which is said there."""
+    """Whether a list only lacks entries because they are wrong themselves, which is stated
+    there."""
     given = item["input"]
     short = item["type"] == "too_short" and isinstance(given, Sized)
     return short and item["ctx"]["actual_length"] < len(given)

@@ -84,7 +84,7 @@ LIKELY = (
     (rb"(?m)\A[^\0]*?^\[\[volume\]\]", "volumes about other aircraft: "
      "`clearway alerts --volumes` takes them"),
 )  # fmt: skip
-"""What a file is told to look like where a command could not read it, but never refused for."""
+"""What a file is reported to look like where a command could not read it, but never refused for."""
 
 
 def what_file(path: str | Path, *, likely: bool = False) -> str:

@@ -31,7 +31,7 @@ class Element:
         """The first child of a name."""
         return next((one for one in self.children if one.name == name), None)
 
-    def told(self, name: str) -> str:
+    def read_text(self, name: str) -> str:
         """Text of the first child of a name; empty where there is none."""
         found = self.child(name)
         return "" if found is None else found.text
@@ -45,7 +45,7 @@ class Element:
                 yield from one.every(*names)
 
 
-def parsed_xml(content: bytes) -> Element:
+def parse_xml(content: bytes) -> Element:
     """The root of a document. Raises ValueError with line and column where it is none."""
     root = Element("", 0, {})
     open_elements, texts, count = [root], [[""]], 0

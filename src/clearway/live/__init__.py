@@ -1,8 +1,8 @@
 """Live use: readings come in as they come, decisions are asked for when due.
 
 `live.AvoidanceSystem` is what a vehicle runs. The rest of this room is what it keeps from reading
-to reading and from decision to decision, one thing a file: own states, what range sensors saw,
-reported traffic, the plan being flown.
+to reading and from decision to decision, one thing a file: own state estimates, what range sensors
+saw, reported traffic, the plan being flown.
 """
 
 from clearway.live.inputs.readings import Reading

@@ -1,4 +1,4 @@
-"""The rest of the plan being flown, held against what has become known since it was decided."""
+"""The rest of the plan being flown, checked against what has become known since it was decided."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from clearway.live.plan import Plan
 NEWS = {Cause.POINT: "a return", Cause.MAP: "the map", Cause.INTRUDER: "an intruder"}
 
 
-def endangered(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
+def find_danger(plan: Plan, planner: Planner, situation: Situation, now_s: float) -> str | None:
     """By what the plan lacks the margin from now on; None if it keeps it, and without a plan.
 
-    A movement that is finished only before a way out ends before there is anything to be said."""
+    A movement that is finished only before an escape ends before there is anything to be stated."""
     if plan.decision is None or plan.decision.under_way_s is not None:
         return None  # Nothing better was found than to finish the movement under way.
     keeps_place = planner.automaton.has_inertia

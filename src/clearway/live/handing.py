@@ -73,8 +73,8 @@ class Handing:
         return replace(outcome, state=LinkState.RELIEVED, why_state=RELIEVED)
 
     def end(self, farewell: Callable[[], None], *, crashed: bool) -> None:
-        """Send what is said last, and have nothing flown any more; crashed: have the escape flown,
-        if there is anybody to fly it."""
+        """Send what is stated last, and have nothing flown any more; crashed: have the escape
+        flown, if there is anybody to fly it."""
         if crashed and self.hand.leave():
             return
         self.hand.speak(farewell)

@@ -1,4 +1,5 @@
-"""What readings have told up to now: the own place, what sensors saw, who reported, how far we are.
+"""What readings have told up to now: the own position, what sensors saw, who reported, how far we
+are.
 
 Times here are the system's own; `live.inputs.clock` makes them of what whoever asks tells.
 """
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.escape.terms import limit_carried_m
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Here, Situation, widest_margin_m
 from clearway.avoidance.rate.route_field import RouteField
@@ -21,24 +22,24 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, measure_length
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
-from clearway.live.dynamic_objects import unreported
+from clearway.live.dynamic_objects import find_unreported
 from clearway.live.inputs.clock import Clock
 from clearway.live.inputs.own_scatter import OwnScatter
-from clearway.live.inputs.own_states import Flown, OwnStates, moved_on, split_velocity
+from clearway.live.inputs.own_states import Flown, OwnStates, carry_state_on, split_velocity
 from clearway.live.inputs.range_sensing import RangeSensing
 from clearway.live.inputs.readings import Reading, reading_of
 from clearway.live.inputs.reports import reports_for
 from clearway.live.inputs.tracking import Tracking
 from clearway.live.inputs.waiting import Waiting
 from clearway.live.inputs.wind import WindEstimate
-from clearway.live.mission import Mission, Progress, advanced
-from clearway.live.routing.no_way import closed_or_not
+from clearway.live.mission import Mission, Progress, advance_progress
+from clearway.live.routing.no_way import note_whether_closed
 from clearway.live.routing.route_planner import RoutePlanner
 from clearway.live.routing.seen_planner import SeenPlanner
 from clearway.live.routing.timed_route import (
-    known_besides,
+    find_known_clearance,
+    make_seen_planner,
     route_planner_for,
-    seen_planner_for,
     suits,
 )
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -46,7 +47,8 @@ from clearway.sensors import AnySensor, Detection, Scan, range_sensors
 from clearway.traffic import Intruder
 
 JUMPS = 4.0
-"""Margins by which an own place lies off what was flown, from which on it has jumped for once."""
+"""Margins by which an own position lies off what was flown, from which on it has jumped for
+once."""
 HARDEST_MPS2 = 10.0
 """At which a vehicle with inertia may change its velocity while nobody knows what it flies."""
 
@@ -75,7 +77,7 @@ class Knowledge:
         self.news = ""
         """What has come since a plan last took account of all."""
         self.unchecked = False
-        """Whether a plan has not been held against the news."""
+        """Whether a plan has not been checked against the news."""
         self.clock = Clock(settings.state_s)
         self.waiting = Waiting(settings.ahead_s)
         self.flown = Flown(planner.automaton, settings.history_s)
@@ -98,7 +100,7 @@ class Knowledge:
         if planner.automaton.has_inertia:
             self.route_planner = route_planner_for(planner, mission, obstacle_map)
         elif self.sensing.free_space is not None:
-            self.seen_routes = seen_planner_for(planner, mission, obstacle_map)
+            self.seen_routes = make_seen_planner(planner, mission, obstacle_map)
         self._asked_first_s: float | None = None
         self._reports = reports_for(settings, planner.speed_mps)
 
@@ -113,14 +115,14 @@ class Knowledge:
         """Take another mission, begun now by the own clock."""
         self.mission, self.progress = mission, Progress(nearest_s=now_s)
         if self.route_planner is not None or "known_routes" in self.__dict__:
-            besides = known_besides(self.planner, mission, self.obstacle_map)
+            besides = find_known_clearance(self.planner, mission, self.obstacle_map)
             self.known_routes.begin_anew(besides)
         if self.seen_routes is not None:
             if suits(self.seen_routes, self.planner, mission):
-                besides = known_besides(self.planner, mission, self.obstacle_map)
+                besides = find_known_clearance(self.planner, mission, self.obstacle_map)
                 self.seen_routes.begin_anew(besides)
             else:
-                self.seen_routes = seen_planner_for(self.planner, mission, self.obstacle_map)
+                self.seen_routes = make_seen_planner(self.planner, mission, self.obstacle_map)
 
     # --- readings -------------------------------------------------------------------------
 
@@ -194,7 +196,7 @@ class Knowledge:
             self.sensing.free_space.forget()
             self.counts["state: the own position jumped; observed free space is forgotten"] += 1
         self.clock.settle(state.time_s)
-        self.progress = advanced(
+        self.progress = advance_progress(
             self.mission,
             self.progress,
             state.position_m,
@@ -205,7 +207,8 @@ class Knowledge:
     def _tell_wind(
         self, before: State | None, state: State, flown_m: FloatArray | None, *, jumped: bool
     ) -> None:
-        """Compare an own state with where what was flown since the one before would have led."""
+        """Compare an own state estimate with where what was flown since the one before would have
+        led."""
         if self.planner.automaton.has_inertia:
             return  # It holds its way over the ground: what is left over is `tracking`.
         if before is None or flown_m is None:
@@ -215,13 +218,13 @@ class Knowledge:
         self.flown.wind_mps = self.wind.wind_mps
 
     def _has_jumped(self, latest: State | None, state: State, flown_m: FloatArray | None) -> bool:
-        """Whether an own state lies farther off what was flown, which leads to `flown_m`, than
-        margin and deviations cover; where others fly, than the vehicle gets in that time."""
+        """Whether an own state estimate lies farther off what was flown, which leads to `flown_m`,
+        than margin and deviations cover; where others fly, than the vehicle gets in that time."""
         if latest is None:
             return False
         settings = self.planner.settings
         if flown_m is not None:
-            off_m = self.wind.unexplained_m(latest, state, flown_m)
+            off_m = self.wind.measure_unexplained_m(latest, state, flown_m)
         else:
             moved_m = measure_length(state.position_m - latest.position_m)
             off_m = moved_m - self.planner.speed_mps * (state.time_s - latest.time_s)
@@ -254,7 +257,7 @@ class Knowledge:
     # --- what is known at a moment --------------------------------------------------------
 
     def own_state(self, now: float) -> State:
-        """The latest own state carried to a moment; ClearwayError if none has come yet."""
+        """The latest own state estimate carried to a moment; ClearwayError if none has come yet."""
         latest = self.own_states.latest
         if now - latest.time_s > self.planner.settings.state_s or self.clock.in_doubt:
             self.counts["state: stale"] += 1
@@ -266,7 +269,7 @@ class Knowledge:
         if velocity is None:
             carried, motion = self.flown.carry(latest, now), self.flown.motion_at(now)
         else:
-            carried, motion = moved_on(latest, velocity, now), split_velocity(velocity)
+            carried, motion = carry_state_on(latest, velocity, now), split_velocity(velocity)
         return automaton.in_class(carried, None if motion is None else classes.class_near(*motion))
 
     def blind_s(self, now: float) -> float | None:
@@ -281,7 +284,8 @@ class Knowledge:
         return now - since_s
 
     def with_detections(self, state: State, now: float) -> tuple[Situation, float]:
-        """All that is known from an own state, and the age of the oldest scan used, or NaN."""
+        """All that is known from an own state estimate, and the age of the oldest scan used, or
+        NaN."""
         for name in self.sensing.silent(now):
             self.counts[f"scan: none fresh of {name}"] += 1
         scans = self.sensing.usable_scans(now)
@@ -305,9 +309,9 @@ class Knowledge:
         here = self.here(state, now)
         known = here._asdict() | {
             "detections": detections,
-            "remembered": self.sensing.remembered_near(
+            "remembered": self.sensing.list_remembered_near(
                 state.position_m,
-                widest_margin_m(self.planner, here) + carried_m(self.planner, here),
+                widest_margin_m(self.planner, here) + limit_carried_m(self.planner, here),
             ),
             "obstacle_map": self.obstacle_map,
             "intruders": self._traffic(state, now),
@@ -317,25 +321,25 @@ class Knowledge:
         }
         # What came was checked when it came; only sensors of someone else's may tell anything.
         if all(type(each) is Detection for each in detections):
-            return Situation.trusted(frame=frame or GridFrame.of(state), **known)
+            return Situation.trust(frame=frame or GridFrame.of(state), **known)
         return Situation(**known)
 
     def _route_from(self, state: State) -> RouteField | None:
         """The time to go to the waypoint; None where no way there is known."""
         routes = self.route_planner
-        if routes is None or self.progress.done(self.mission):
+        if routes is None or self.progress.is_done(self.mission):
             return None
         place_m, known = state.position_m, self.sensing.remembered
         routes.take(place_m, known.position_m, self.sensing.memory_reach_m)
-        asked_m = float(self.planner.prepared_at(state).away_m.max())
+        asked_m = float(self.planner.prepare_at(state).away_m.max())
         target_m = self.progress.target(self.mission)
         field, is_known = routes.field(place_m, target_m, asked_m)
         if self.followed:
-            progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+            progress = note_whether_closed(self.progress, state.time_s, is_known=is_known)
             closes = progress.closed and not self.progress.closed
             if closes and routes.look_closer(place_m, target_m):
                 field, is_known = routes.field(place_m, target_m, asked_m)
-                progress = closed_or_not(self.progress, state.time_s, is_known=is_known)
+                progress = note_whether_closed(self.progress, state.time_s, is_known=is_known)
             self.progress = progress
             if is_known:
                 routes.in_vain.note(place_m, state.time_s, field)
@@ -349,7 +353,7 @@ class Knowledge:
             state=state,
             target_m=self.progress.target(self.mission),
             next_m=self.progress.following(self.mission),
-            from_m=self.progress.left(self.mission),
+            from_m=self.progress.find_left(self.mission),
             reach_radius_m=self.mission.reach_radius_m,
             state_age_s=max(0.0, now - latest_s),
             unsure_m=self.planner.speed_mps * self.clock.doubt_s
@@ -373,4 +377,4 @@ class Knowledge:
         reported, left_out = self._reports.intruders(state, now_s)
         if left_out:
             self.counts.update(left_out)
-        return reported + unreported(self.sensing.dynamic_objects, reported)
+        return reported + find_unreported(self.sensing.dynamic_objects, reported)

@@ -148,7 +148,7 @@ class Mission:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """How far a mission is; `advanced` makes the next one."""
+    """How far a mission is; `advance_progress` makes the next one."""
 
     goal: int = 0
     """Index of the goal flown to; the number of goals when all are reached."""
@@ -179,7 +179,7 @@ class Progress:
 
     __repr__ = brief
 
-    def done(self, mission: Mission) -> bool:
+    def is_done(self, mission: Mission) -> bool:
         """Whether waypoints and landing points are all reached."""
         return self.goal >= len(mission.goals_m)
 
@@ -197,7 +197,7 @@ class Progress:
         goals = mission.goals_m
         return np.asarray(goals[min(self.goal, len(goals) - 1)])
 
-    def left(self, mission: Mission) -> FloatArray:
+    def find_left(self, mission: Mission) -> FloatArray:
         """[3] where the leg to the present goal began."""
         return mission.goals_m[self.goal - 1] if self.goal > 0 else mission.start.position_m
 
@@ -210,7 +210,7 @@ class Progress:
         return goals[index] if index < len(goals) else None
 
 
-def advanced(
+def advance_progress(
     mission: Mission,
     progress: Progress,
     position_m: FloatArray,
@@ -226,9 +226,9 @@ def advanced(
     near_m = 2.0 * mission.reach_radius_m
     while progress.detour and _away_m(position_m, progress.detour[0], stays_level) <= near_m:
         progress = replace(progress, detour=progress.detour[1:])
-    while not progress.done(mission):
+    while not progress.is_done(mission):
         distance = _away_m(position_m, mission.goals_m[progress.goal], stays_level)
-        passed = _passed(mission, progress.goal, position_m, counts)
+        passed = _is_passed(mission, progress.goal, position_m, counts)
         entered = progress.nearest_m <= mission.reach_radius_m  # Of a last landing point alone.
         if distance > mission.reach_radius_m and not passed and not entered:
             if distance < progress.nearest_m - NEARER * mission.reach_radius_m:
@@ -260,11 +260,11 @@ def _lands_last(mission: Mission, progress: Progress) -> bool:
 def news_in_m(
     mission: Mission, progress: Progress, position_m: FloatArray, *, stays_level: bool = False
 ) -> float:
-    """How far a vehicle may fly from a position [3] before `advanced` has anything new to say.
+    """Return how far a vehicle may fly from a position [3] before `advance_progress` has news.
 
     At most 0 where it may have now.
     """
-    if progress.detour or progress.done(mission):
+    if progress.detour or progress.is_done(mission):
         return 0.0
     reach_m = mission.reach_radius_m
     next_m = max(reach_m, mission.pass_within_m or 0.0, progress.nearest_m - NEARER * reach_m)
@@ -289,7 +289,7 @@ def _nearer(progress: Progress, distance_m: float, time_s: float) -> Progress:
     return made
 
 
-def _passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatArray) -> bool:
+def _is_passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatArray) -> bool:
     """Whether a goal lies abeam or behind, seen along the middle of the courses to and from it.
 
     counts: [3] 1 along the axes that count, else 0.
@@ -306,7 +306,7 @@ def _passed(mission: Mission, goal: int, position_m: FloatArray, counts: FloatAr
     return bool(beyond @ course > 0.0)
 
 
-def stuck(progress: Progress, time_s: float, no_progress_s: float) -> bool:
+def is_without_progress(progress: Progress, time_s: float, no_progress_s: float) -> bool:
     """Whether the goal has not come nearer for too long.
 
     Every detour doubles the time until the next.
@@ -314,7 +314,7 @@ def stuck(progress: Progress, time_s: float, no_progress_s: float) -> bool:
     return time_s - progress.nearest_s > no_progress_s * 2.0 ** min(progress.detours, 6)
 
 
-def detoured(
+def begin_detour(
     mission: Mission,
     progress: Progress,
     state: State,

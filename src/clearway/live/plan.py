@@ -16,7 +16,7 @@ from clearway.vehicle.buffer import BufferedMovement, MovementBuffer
 from clearway.vehicle.reference import Reference
 
 MOST_ROUNDS = 1000
-"""Rounds of a way out after which nobody flies on without a decision."""
+"""Rounds of an escape after which nobody flies on without a decision."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class Plan:
     way_out: WayOut | None = None
     """What the buffer ends with, flown for ever if no later decision comes."""
     had_certain: bool = False
-    """Whether a certain way out was in hand at any time of the flight."""
+    """Whether a certain escape was held at any time of the flight."""
     stood: int = 0
     """How many decisions in a row led nowhere."""
     before: Plan | None = None
@@ -49,14 +49,14 @@ class Plan:
 
     def after(self, decision: Decision, now_s: float, goal: int, *, ahead: bool = False) -> Plan:
         """The plan that a decision makes, flown from `now_s` on; `ahead`: this one until then."""
-        intended = self._flown_from(decision.movements, now_s, decision.under_way_s)
+        intended = self._fly_from(decision.movements, now_s, decision.under_way_s)
         flown, way = intended, decision.way_out
         first_s = intended.entries[0].duration_s
         if way is not None and decision.decide_within_s > first_s + TIME_TOLERANCE_S:
             way = None  # Nothing is near: it is not needed yet.
         if way is not None:
             movements = (decision.movements[0], *way.movements)
-            flown = self._flown_from(movements, now_s, decision.under_way_s)
+            flown = self._fly_from(movements, now_s, decision.under_way_s)
         return Plan(
             self.automaton,
             flown,
@@ -74,7 +74,7 @@ class Plan:
     def _leads_nowhere(self, movement: str) -> bool:
         return bool(self.automaton.stands[self.automaton.names.index(movement)])
 
-    def _flown_from(
+    def _fly_from(
         self, names: tuple[str, ...], now_s: float, under_way_s: float | None
     ) -> MovementBuffer:
         """Movements from now on, of the first only what is left where it is under way."""
@@ -96,7 +96,7 @@ class Plan:
 
     def next_s(self, now_s: float) -> float:
         """When the movement under way ends; now between two of them, and where nothing is flown."""
-        for entry in self.flown_until(now_s).entries:
+        for entry in self.fly_until(now_s).entries:
             if entry.start_s + TIME_TOLERANCE_S < now_s < entry.end_s - TIME_TOLERANCE_S:
                 return entry.end_s
         return now_s
@@ -105,7 +105,7 @@ class Plan:
         """What to fly at a time, the movement that begins where two meet; None outside the plan."""
         if self.in_force(time_s) is not self:
             return self.in_force(time_s).movement_at(time_s)
-        return self.flown_until(time_s).held_from(time_s, TIME_TOLERANCE_S)
+        return self.fly_until(time_s).find_held(time_s, TIME_TOLERANCE_S)
 
     def state_at(self, time_s: float) -> State | None:
         """Where the plan has the vehicle at a time, from the state that was decided for (4.16).
@@ -117,7 +117,7 @@ class Plan:
         if self.decision is None or self.movement_at(time_s) is None:
             return None
         start = self.decision.state
-        flown, _ = self.flown_until(time_s).split(time_s)
+        flown, _ = self.fly_until(time_s).split(time_s)
         vector = flown.rollout(self.automaton, start.vector, np.inf).states[-1]
         carried_m = self.decision.wind_mps * (time_s - self.buffer.start_s)
         return replace(
@@ -146,12 +146,12 @@ class Plan:
 
     def _entry_at(self, time_s: float) -> BufferedMovement | None:
         """The movement flown at a time with when it begins; the last one at the plan's end."""
-        entries = self.flown_until(time_s).entries
+        entries = self.fly_until(time_s).entries
         begun = [e for e in entries if e.start_s <= time_s + TIME_TOLERANCE_S]
         return begun[-1] if begun and time_s <= begun[-1].end_s + TIME_TOLERANCE_S else None
 
-    def flown_until(self, time_s: float) -> MovementBuffer:
-        """The buffer, with as many rounds of the way out as reach beyond a time."""
+    def fly_until(self, time_s: float) -> MovementBuffer:
+        """The buffer, with as many rounds of the escape as reach beyond a time."""
         buffer = self.buffer
         if self.way_out is None or time_s < buffer.end_s - TIME_TOLERANCE_S:
             return buffer
@@ -163,13 +163,13 @@ class Plan:
         more = MovementBuffer.of(loop * rounds, buffer.end_s)
         return MovementBuffer(buffer.entries + more.entries)
 
-    def strayed_m(self, state: State) -> float:
-        """By how much an own state lies beyond the tube of the plan (4.2.2); 0 within it.
+    def measure_strayed_m(self, state: State) -> float:
+        """By how much an own state estimate lies beyond the tube of the plan (4.2.2); 0 within it.
 
         Also where nothing was measured of the vehicle, outside the plan, and at its start.
         """
         if self.in_force(state.time_s) is not self:
-            return self.in_force(state.time_s).strayed_m(state)
+            return self.in_force(state.time_s).measure_strayed_m(state)
         planned = self.state_at(state.time_s)
         flown_s = state.time_s - self.buffer.start_s
         if planned is None or self.automaton.classes is None or flown_s <= TIME_TOLERANCE_S:
@@ -184,7 +184,7 @@ class Plan:
             start = self.state_at(entry.start_s)
             at = classes.first if start is None else classes.class_at(float(start.attitude_rad[0]))
             return float(classes.tube_of_movements_m[at, classes.names.index(entry.movement.name)])
-        ends = [entry.end_s - self.buffer.start_s for entry in self.flown_until(time_s).entries]
+        ends = [entry.end_s - self.buffer.start_s for entry in self.fly_until(time_s).entries]
         movements = float(np.interp(flown_s, [0.0, *ends], np.arange(len(ends) + 1)))
         return float(self.automaton.tube_m(movements))
 
@@ -239,7 +239,7 @@ class Plan:
         return Commitment(
             self.side,
             held.name if held else "",
-            self._planned_at(now_s),
+            self._list_planned(now_s),
             passings,
             way,
             under_way,
@@ -250,7 +250,7 @@ class Plan:
             blind=blind,
         )
 
-    def _planned_at(self, now_s: float) -> tuple[str, ...]:
+    def _list_planned(self, now_s: float) -> tuple[str, ...]:
         """Movements that the last plan has yet, of a vehicle that goes on with it."""
         if not self.automaton.has_inertia:
             return ()
@@ -258,10 +258,10 @@ class Plan:
         return tuple(e.movement.name for e in entries if e.end_s > now_s + TIME_TOLERANCE_S)
 
     def _way_out_at(self, now_s: float) -> tuple[WayOut | None, UnderWay | None]:
-        """What of the way out is left at a time, and in the middle of a movement that movement,
+        """What of the escape is left at a time, and in the middle of a movement that movement,
         after which it begins."""
         way = self.way_out
-        for flown, entry in enumerate(self.flown_until(now_s).entries):
+        for flown, entry in enumerate(self.fly_until(now_s).entries):
             if entry.start_s + TIME_TOLERANCE_S < now_s < entry.end_s - TIME_TOLERANCE_S:
                 left = None if way is None else way.after(flown)
                 return left, UnderWay(entry.movement.name, entry.end_s - now_s)

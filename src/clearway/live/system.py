@@ -33,7 +33,7 @@ from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight.escape_plan import escape_plan
-from clearway.live.recovery.dead_end import kept_up, out_of_dead_end
+from clearway.live.recovery.dead_end import keep_up, out_of_dead_end
 from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -47,8 +47,8 @@ from clearway.vehicle.reference import Reference
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
-    Whoever asks tells the time, and readings are held against it: they wait for the next question.
-    A clock that is set, either way, is counted and told; see `live.inputs.clock`.
+    Whoever asks tells the time, and readings are checked against it: they wait for the next
+    question. A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
     planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
     `sensors.RangeSensor`; with several of them, those that the others contradict are no longer
@@ -77,8 +77,8 @@ class AvoidanceSystem:
         kind_of("avoidance system: planner", planner, Planner)
         kind_of("avoidance system: mission", mission, Mission)
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
-        """Which ways out this flight keeps in hand, and why."""
-        self.planner = planner = self.escape.flown_by(planner)
+        """Which escapes this flight holds, and why."""
+        self.planner = planner = self.escape.adapt_planner(planner)
         self.obstacle_map = obstacle_map
         self._known = Knowledge(planner, mission, lidars, obstacle_map)
         self.counts = self._known.counts
@@ -102,7 +102,7 @@ class AvoidanceSystem:
 
     @property
     def progress(self) -> Progress:
-        """How far along the mission own states have come."""
+        """How far along the mission own state estimates have come."""
         return self._known.progress
 
     @progress.setter
@@ -163,7 +163,7 @@ class AvoidanceSystem:
         self._known.put(reading)
 
     def catch_up(self, now_s: float) -> None:
-        """Take in what has come, held against the time; `due` and `decide` do so themselves."""
+        """Take in what has come, checked against the time; `due` and `decide` do so themselves."""
         self._known.catch_up(now_s)
 
     @property
@@ -188,7 +188,7 @@ class AvoidanceSystem:
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
 
-        Raises ClearwayError if no own state has come yet.
+        Raises ClearwayError if no own state estimate has come yet.
         """
         now = self._known.catch_up(now_s)
         insistence = self._insistence
@@ -204,10 +204,10 @@ class AvoidanceSystem:
             # Where nothing leads on.
             commitment = replace(commitment, stood=STANDING_IS_WANTED, stays=True)
         decision = decide(planner, situation, commitment=commitment)
-        self._watch.decided_for(situation)
-        picture = self._looked_at(situation)
+        self._watch.note_decision(situation)
+        picture = self._look_at_traffic(situation)
         self._follow(decision, now, begins_s)
-        return self._told_of(decision, now, now_s, scan_age, picture)
+        return self._describe_flight(decision, now, now_s, scan_age, picture)
 
     def keep_up(self, now_s: float) -> None:
         """Do what is soon due beside decisions; for whoever has time between them."""
@@ -215,14 +215,14 @@ class AvoidanceSystem:
         if self.planner.automaton.has_inertia:
             prepare_next(self.planner, self._known.flown.class_at(now))
             return
-        self.progress = kept_up(self._known, self._known.own_states.latest, now)
+        self.progress = keep_up(self._known, self._known.own_states.latest, now)
 
     def _blind_s(self, now: float) -> float | None:
-        """For how long no sensor has told anything, where ways out rest on what they tell."""
+        """For how long no sensor has told anything, where escapes rest on what they tell."""
         rests = self.escape.flown in (*BY_SIGHT, Escape.KNOWN)
         return self._known.blind_s(now) if rests else None
 
-    def _looked_at(self, situation: Situation) -> TrafficPicture | None:
+    def _look_at_traffic(self, situation: Situation) -> TrafficPicture | None:
         """Alerts and bands, where volumes are asked for."""
         volumes = self.planner.settings.alert_volumes
         if volumes is None:
@@ -242,7 +242,7 @@ class AvoidanceSystem:
         self._known.flown.then(self._plan.buffer, at)
         self._known.news, self._known.unchecked = "", False
 
-    def _told_of(
+    def _describe_flight(
         self,
         decision: Decision,
         now: float,
@@ -306,7 +306,7 @@ class AvoidanceSystem:
     def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
         """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.
 
-        Raises ClearwayError for what are no such places, and before an own state has come.
+        Raises ClearwayError for what are no such places, and before an own state estimate has come.
         """
         known = self._known
         radius = self.mission.reach_radius_m
@@ -326,17 +326,17 @@ class AvoidanceSystem:
     def buffer(self) -> MovementBuffer:
         """The movements decided last, with their times; what is past of them is flown (6.2)."""
         buffer, clock = self._plan.buffer, self._known.clock
-        return buffer.shifted(clock.told) if clock.shifted else buffer
+        return buffer.shift(clock.to_stated) if clock.shifted else buffer
 
     @property
     def holds_until_s(self) -> float:
         """Until when the plan may be flown without a new decision; -inf before the first one."""
-        return self._known.clock.told(self._plan.holds_until_s)
+        return self._known.clock.to_stated(self._plan.holds_until_s)
 
     def escape_ends_s(self, time_s: float) -> float | None:
         """When the escape held at a time has been flown, as `Plan.escape_ends_s`."""
         ends_s = self._plan.escape_ends_s(self._known.clock.own(time_s))
-        return None if ends_s is None else self._known.clock.told(ends_s)
+        return None if ends_s is None else self._known.clock.to_stated(ends_s)
 
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time: of the plan decided last, from that decision to the plan's end.
@@ -349,7 +349,8 @@ class AvoidanceSystem:
     def state_at(self, time_s: float) -> State | None:
         """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
 
-        Flown from the state that was decided for: a set-point, not an estimate of the own state.
+        Flown from the state that was decided for: a set-point, not an estimate of the own state
+        estimate.
         """
         state = self._plan.state_at(self._known.clock.own(time_s))
         return replace(state, time_s=time_s) if state and self._known.clock.shifted else state
@@ -364,11 +365,11 @@ class AvoidanceSystem:
     def situation(self, now_s: float) -> tuple[Situation, float]:
         """All that is known at a moment, and the age of the oldest scan used (NaN without any).
 
-        Raises ClearwayError if no own state has come yet.
+        Raises ClearwayError if no own state estimate has come yet.
         """
         situation, scan_age = self._situation(self._known.catch_up(now_s))
         if self._known.clock.shifted:
-            told = self._known.clock.told
+            told = self._known.clock.to_stated
             situation = replace(
                 situation,
                 state=replace(situation.state, time_s=told(situation.state.time_s)),
@@ -378,13 +379,13 @@ class AvoidanceSystem:
 
     @property
     def _escapes_on(self) -> bool:
-        """Whether the way out has been flown twice in a row: once is but a step aside, from which
-        the goal may lie open. Before there was a certain one, nothing had been seen yet."""
+        """Whether the escape has been flown twice in a row: once is but a step to the side, from
+        which the goal may lie open. Before there was a certain one, nothing had been seen yet."""
         mode = self._mode
         return mode is not None and mode.mode is Mode.ESCAPE is mode.before
 
     def _start(self, now: float) -> State:
-        """The own state that a decision is taken for.
+        """The own state estimate that a decision is taken for.
 
         A vehicle with inertia that follows its plan: where the plan has it at the end of the
         movement under way. Else where it is now, as far as is known.

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation, widest_margin_m
 from clearway.base.state import State
-from clearway.live.danger import endangered
+from clearway.live.danger import find_danger
 from clearway.live.knowledge import Knowledge
 from clearway.live.plan import Plan
 
@@ -30,7 +30,7 @@ class PlanWatch:
         self.ahead_s = 0.0
         """How long before a movement ends the next one is decided."""
 
-    def decided_for(self, situation: Situation) -> None:
+    def note_decision(self, situation: Situation) -> None:
         """A plan was made for a situation: the margin kept there is no news."""
         self._astray = False
         self._kept_m = widest_margin_m(self._planner, situation)
@@ -38,7 +38,7 @@ class PlanWatch:
     def due(self, plan: Plan, now: float) -> str | None:
         """Why a decision is due now, or None while the plan may be flown on."""
         known = self._known
-        strayed = self._strayed(plan)  # Counted also where a decision is due anyway.
+        strayed = self._find_strayed(plan)  # Counted also where a decision is due anyway.
         due = plan.due(now + self.ahead_s, known.progress.goal)
         if self._planner.automaton.has_inertia:
             due = strayed or due  # The margin grows by it: the log says so.
@@ -51,17 +51,18 @@ class PlanWatch:
             return known.news
         if not known.unchecked:
             return None
-        danger = self.endangered_at(plan, now)
+        danger = self.find_danger_at(plan, now)
         known.unchecked = danger is not None
         return danger
 
-    def endangered_at(self, plan: Plan, now: float) -> str | None:
+    def find_danger_at(self, plan: Plan, now: float) -> str | None:
         """By what the plan being flown lacks the margin, as far as is known now."""
         around = self._known.around(self._known.own_states.at(now), now)
-        return endangered(plan, self._planner, around, now)
+        return find_danger(plan, self._planner, around, now)
 
-    def _strayed(self, plan: Plan) -> str | None:
-        """Whether the latest own state left the tube of the plan; each is looked at once."""
+    def _find_strayed(self, plan: Plan) -> str | None:
+        """Whether the latest own state estimate left the tube of the plan; each is looked at
+        once."""
         known = self._known
         if self._planner.automaton.classes is None or not known.own_states.reach_back_to(np.inf):
             return None
@@ -74,7 +75,8 @@ class PlanWatch:
             return None
         known.counts["state: outside the tube of its plan"] += 1
         if not self._planner.automaton.has_inertia:
-            return f"the vehicle is {plan.strayed_m(latest):.2f} m outside the tube of its plan"
+            strayed_m = plan.measure_strayed_m(latest)
+            return f"the vehicle is {strayed_m:.2f} m outside the tube of its plan"
         widened_m = known.tracking.excess_m(latest.time_s)
         if known.followed:
             known.tracking.take(latest.time_s, beyond_m)
@@ -87,23 +89,24 @@ class PlanWatch:
         )
 
     def _beyond_m(self, plan: Plan) -> float:
-        """By how much the latest own state lies outside the tube, beyond what is unsure of it."""
+        """By how much the latest own state estimate lies outside the tube, beyond what is unsure of
+        it."""
         known = self._known
         latest = known.own_states.latest
         settings, flown_s = self._planner.settings, latest.time_s - plan.buffer.start_s
         unsure_mps = known.wind.sigma_mps if known.wind.wind_mps.any() else 0.0
         unsure_m = settings.sigmas * (latest.position_std_m + unsure_mps * max(flown_s, 0.0))
-        return plan.strayed_m(latest) - unsure_m
+        return plan.measure_strayed_m(latest) - unsure_m
 
     def keeps_to(self, plan: Plan) -> bool:
         """Whether a vehicle with inertia follows the plan: it then stays what is asked of it."""
         if not (self._planner.automaton.has_inertia and self._known.followed):
             return False
-        self._strayed(plan)
+        self._find_strayed(plan)
         return not self._astray
 
     def _margin_has_grown(self, plan: Plan, now: float) -> bool:
-        """Whether more must be kept now than the plan has been held against; it then is anew."""
+        """Whether more must be kept now than the plan has been checked against; it then is anew."""
         if plan.decision is None:
             return False
         here = self._known.here(self._known.own_states.latest, now)

@@ -70,7 +70,7 @@ class SessionRecord:
         return {
             "mission": mission.name,
             "acting": self._session.terms.session.act,
-            "reached": progress.done(mission),
+            "reached": progress.is_done(mission),
             "waypoints_reached": progress.waypoints_reached(mission),
             **system.escape.to_json(),
             "state": str(state),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import geodetic_from_enu
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
 from clearway.mavlink import simulated_telemetry as telemetry
@@ -282,9 +282,9 @@ class SimulatedAutopilot:
             "path_m": round(self.path_m, 3),
             "arrived": self.has_arrived,
             "from_goal_m": round(float(np.linalg.norm(self.truth.position_m - goal)), 3),
-            "nearest_obstacle_m": rounded(self.nearest_obstacle_m, 3),
-            "nearest_intruder_m": rounded(self.nearest_intruder_m, 3),
-            "lowest_m": rounded(self.lowest_m, 3),
+            "nearest_obstacle_m": round_number(self.nearest_obstacle_m, 3),
+            "nearest_intruder_m": round_number(self.nearest_intruder_m, 3),
+            "lowest_m": round_number(self.lowest_m, 3),
             "fastest_mps": round(self.fastest_mps, 3),
             "heard": dict(self.heard),
             "refused": dict(self.refused),

@@ -84,7 +84,7 @@ def assess(
         raise ClearwayError("lidar: of one scan; scans of several come from read_scan")
     for scan in scans:
         _tell(notice, scan.notes if isinstance(scan, RecordedScan) else ())
-    reach = ReachSettings(vehicle or _assumed(scans), speed_mps=speed_mps)
+    reach = ReachSettings(vehicle or _assume_kind(scans), speed_mps=speed_mps)
     if reach.scale is not None:
         grid = grid or AvoidanceGrid.uniform(reach.scale.range_m)
         settings = settings or AvoidanceSettings(safety_margin_m=reach.scale.margin_m)
@@ -93,7 +93,7 @@ def assess(
     scene = Scene(
         name=_name(scans),
         grid=grid or AvoidanceGrid.uniform(),
-        state=state or _recorded_state(scans),
+        state=state or _find_recorded_state(scans),
         obstacle_map=obstacle_map or ObstacleMap(),
         sightings=tuple(_sighting(scan, lidar) for scan in scans),
         traffic=tuple(SceneIntruder(intruder, models) for intruder in intruders),
@@ -148,12 +148,12 @@ def _sighting(scan: Scan, lidar: Lidar | None) -> SceneScan:
     return SceneScan(Lidar(scan.sensor or pattern.name, pattern), scan, "estimated")
 
 
-def _recorded_state(scans: Sequence[Scan]) -> State:
+def _find_recorded_state(scans: Sequence[Scan]) -> State:
     told = (scan.state for scan in scans if isinstance(scan, RecordedScan))
     return next((state for state in told if state is not None), State(np.zeros(3)))
 
 
-def _assumed(scans: Sequence[Scan]) -> VehicleKind:
+def _assume_kind(scans: Sequence[Scan]) -> VehicleKind:
     """A multirotor where a file has a scan: few planes carry what records them."""
     recorded = any(isinstance(scan, RecordedScan) for scan in scans)
     return "inertialess" if recorded else "plane"

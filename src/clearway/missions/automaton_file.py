@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.provenance import provenance
-from clearway.io.staging import staged_file
+from clearway.io.staging import stage_file
 from clearway.io.toml import Section, read_model
 from clearway.io.toml_writing import write_toml
 from clearway.missions.sections import Count, NotNegative, Positive
@@ -52,8 +52,8 @@ class AboutSection(Section):
     first: str = Field(default="", max_length=60)
     """What counts as flown before a flight begins."""
     tube_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
-    """Per number of movements since the own state was known: within how far of its prediction the
-    vehicle was 999 times of 1,000."""
+    """Per number of movements since the own state estimate was known: within how far of its
+    prediction the vehicle was 999 times of 1,000."""
     error_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
     """The same 19 times of 20, on flights that did not make the table."""
     closed_form_p95_m: Annotated[tuple[NotNegative, ...], Field(strict=False)] = ()
@@ -179,9 +179,9 @@ def copter_file(
     """What measuring a copter with inertia gave, as a file."""
     copter = CopterSection(
         **{key: getattr(limits, key) for key in OF_LIMITS},
-        speeds_mps=_rounded(measured.speeds_mps),
-        tube_m=_rounded(np.ceil(measured.tube_m * 1e3) / 1e3),
-        inside=_rounded(measured.inside),
+        speeds_mps=_round_all(measured.speeds_mps),
+        tube_m=_round_all(np.ceil(measured.tube_m * 1e3) / 1e3),
+        inside=_round_all(measured.inside),
     )
     return AutomatonFile(automaton=_about(plant, settings), copter=copter)
 
@@ -195,7 +195,7 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
         plant,
         settings,
         first=found.first,
-        tube_m=_rounded(table.tube_m),
+        tube_m=_round_all(table.tube_m),
         error_p95_m=_p95(measured.error_m),
         closed_form_p95_m=_p95(measured.closed_form_m),
     )
@@ -226,7 +226,7 @@ def automaton_file(plant: str, measured: MeasuredPlant, settings: MeasureSetting
 
 def write_automaton(file: AutomatonFile, path: str | Path) -> None:
     """Write an automaton file; raises InputError where that cannot be done."""
-    with staged_file(path) as scratch:
+    with stage_file(path) as scratch:
         write_toml(file, scratch)
 
 
@@ -235,8 +235,8 @@ def _rows(path: FloatArray) -> tuple[Row, ...]:
 
 
 def _p95(errors: Sequence[FloatArray]) -> tuple[float, ...]:
-    return _rounded([float(np.quantile(each, 0.95)) for each in errors])
+    return _round_all([float(np.quantile(each, 0.95)) for each in errors])
 
 
-def _rounded(values: object) -> tuple[float, ...]:
+def _round_all(values: object) -> tuple[float, ...]:
     return tuple(round(float(value), 6) for value in np.atleast_1d(np.array(values)))

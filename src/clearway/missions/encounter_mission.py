@@ -72,12 +72,12 @@ def _tables(part: OwnPart, recording: str | Path, flown: FlownAs) -> dict[str, A
         "mission": {
             "name": mission_name(part),
             "origin_geodetic": [round(value, 7) for value in part.origin_geodetic],
-            "waypoints_m": _rounded(_apart(part.start_m, part.waypoints_m, reach_m)),
+            "waypoints_m": _round_all(_apart(part.start_m, part.waypoints_m, reach_m)),
             "reach_radius_m": round(reach_m, 1),
             "pass_within_m": round(reach_m + PASS_MARGINS * flown.margin_m, 1),
         },
         "vehicle": {
-            "position_m": _rounded([part.start_m])[0],
+            "position_m": _round_all([part.start_m])[0],
             "attitude_deg": [round(value, 2) for value in np.degrees(part.attitude_rad).tolist()],
             "speed_mps": speed,
             "turn_step_deg": TURN_STEP_DEG,
@@ -109,5 +109,5 @@ def _apart(start_m: FloatArray, corners_m: FloatArray, reach_m: float) -> list[F
     return [*kept[1:], corners_m[-1]]
 
 
-def _rounded(points_m: Sequence[FloatArray]) -> list[list[float]]:
+def _round_all(points_m: Sequence[FloatArray]) -> list[list[float]]:
     return [[round(float(value), 1) for value in point] for point in points_m]

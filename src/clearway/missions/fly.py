@@ -24,7 +24,7 @@ def fly(
     mission: what `read_mission` gives, perhaps `changed`, or whatever it reads. planner: clearway,
     or one of its rivals by name. on_decision: called with every decision and the progress of the
     mission. notice: called with sentences about what was assumed, left out or prepared. The same
-    mission gives the same run, its times of computing aside.
+    mission gives the same run, its times of computing to the side.
 
     Raises InputError for files that cannot be used and values that contradict each other,
     FlightRefusedError for a mission that cannot be flown, and ClearwayError for an unknown planner.

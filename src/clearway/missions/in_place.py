@@ -32,7 +32,7 @@ class Way:
     track: FloatArray
     """[n, 4] time since the start, position."""
     closest: Approach | None
-    """To the other aircraft of the encounter; None where both are never received at once."""
+    """To the other aircraft of the encounter; None where both are never reported at once."""
     nearest: tuple[str, Approach] | None
     """The aircraft that came nearest of all."""
     path_length_m: float
@@ -54,7 +54,7 @@ class InPlaceFlight:
     run_without: Run
     run: Run
     others: Mapping[str, FloatArray]
-    """[m, 4] tracks of the others while heard of, during the recorded route, by address."""
+    """[m, 4] tracks of the others while reported, during the recorded route, by address."""
 
     @property
     def keep_m(self) -> float:
@@ -86,16 +86,16 @@ def fly_in_place(
     without, avoiding = setup.fly_deaf(), setup.fly()
     tracks = setup.recorded.tracks if setup.recorded is not None else ()
     moments = np.arange(part.closest_s % SAMPLE_S, part.until_s + 1e-6, SAMPLE_S)
-    others = {track.name: sampled(track, moments) for track in tracks}
-    own = sampled(part.recorded, moments)
+    others = {track.name: sample_times(track, moments) for track in tracks}
+    own = sample_times(part.recorded, moments)
     heard = others.get(part.other.address, np.zeros((0, 4)))
     return InPlaceFlight(
         part=part,
         file=file,
         setup=setup,
         recorded=_way(own, others, part.other.address),
-        without=_flown(without, part.other.address),
-        avoiding=_flown(avoiding, part.other.address),
+        without=_find_flown(without, part.other.address),
+        avoiding=_find_flown(avoiding, part.other.address),
         unheard_s=SAMPLE_S * (len(moments) - len(heard)),
         run_without=without,
         run=avoiding,
@@ -103,8 +103,8 @@ def fly_in_place(
     )
 
 
-def sampled(track: PlayedTrack, moments_s: FloatArray) -> FloatArray:
-    """[m, 4] times and positions at those moments at which an aircraft is heard of."""
+def sample_times(track: PlayedTrack, moments_s: FloatArray) -> FloatArray:
+    """[m, 4] times and positions at those moments at which an aircraft is reported."""
     rows = [
         (moment, *place)
         for moment, place in ((moment, track.at(float(moment))) for moment in moments_s)
@@ -113,7 +113,7 @@ def sampled(track: PlayedTrack, moments_s: FloatArray) -> FloatArray:
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
-def _flown(run: Run, other: str) -> Way:
+def _find_flown(run: Run, other: str) -> Way:
     return _way(np.column_stack([run.time_s, run.states[:, :3]]), run.intruder_tracks, other)
 
 

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from clearway.base.provenance import provenance
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 
 if TYPE_CHECKING:
     from clearway.missions.in_place import InPlaceFlight, Way
@@ -25,18 +25,18 @@ def in_place_result(found: InPlaceFlight, clock: Clock) -> dict[str, Any]:
         "recording": file.traffic.recording,
         "own": _aircraft(part.own),
         "other": _aircraft(part.other),
-        "from_s": rounded(part.from_s),
+        "from_s": round_number(part.from_s),
         "from": _utc(part.from_s, clock),
         "closest": _utc(closest, clock),
-        "closest_s": rounded(part.closest_s),
+        "closest_s": round_number(part.closest_s),
         "speed_mps": file.vehicle.speed_mps,
-        "turning_radius_m": rounded(found.setup.planner.automaton.turning_radius_m),
+        "turning_radius_m": round_number(found.setup.planner.automaton.turning_radius_m),
         "margin_m": found.run.safety_margin_m,
-        "keep_m": rounded(found.keep_m),
+        "keep_m": round_number(found.keep_m),
         "recorded": _way(found.recorded, clock, part.from_s) | {"unheard_s": found.unheard_s},
         "without_avoidance": _way(found.without, clock, part.from_s) | _run(found.run_without),
         "with_avoidance": _way(found.avoiding, clock, part.from_s) | _run(found.run),
-        "path_added_m": rounded(found.added_m),
+        "path_added_m": round_number(found.added_m),
         "notes": list(found.setup.notes),
         "provenance": provenance([file.traffic.recording] if file.traffic.recording else []),
     }
@@ -46,7 +46,7 @@ def _aircraft(one: Aircraft) -> dict[str, Any]:
     return {
         "address": one.address,
         "callsign": one.callsign,
-        "altitude_step_m": rounded(one.altitude_step_m),
+        "altitude_step_m": round_number(one.altitude_step_m),
     }
 
 
@@ -57,17 +57,17 @@ def _way(way: Way, clock: Clock, from_s: float) -> dict[str, Any]:
     return {
         "closest": None if way.closest is None else _approach(way.closest, clock, from_s),
         "nearest_of_all": nearest,
-        "path_length_m": rounded(way.path_length_m),
+        "path_length_m": round_number(way.path_length_m),
     }
 
 
 def _approach(approach: Approach, clock: Clock, from_s: float) -> dict[str, Any]:
     return {
-        "time_s": rounded(approach.time_s),
+        "time_s": round_number(approach.time_s),
         "time": _utc(from_s + approach.time_s, clock),
-        "horizontal_m": rounded(approach.horizontal_m),
-        "vertical_m": rounded(approach.vertical_m),
-        "slant_m": rounded(approach.slant_m),
+        "horizontal_m": round_number(approach.horizontal_m),
+        "vertical_m": round_number(approach.vertical_m),
+        "slant_m": round_number(approach.slant_m),
         "near_mid_air": approach.near_mid_air,
         "well_clear": approach.well_clear,
     }
@@ -76,7 +76,7 @@ def _approach(approach: Approach, clock: Clock, from_s: float) -> dict[str, Any]
 def _run(run: Run) -> dict[str, Any]:
     return {
         "reached": run.reached,
-        "time_s": rounded(run.metrics.time_s),
+        "time_s": round_number(run.metrics.time_s),
         "margin_violations": run.metrics.margin_violations,
         "emergencies": run.emergencies,
         "decisions": len(run.decisions),

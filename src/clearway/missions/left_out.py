@@ -1,4 +1,4 @@
-"""Keys that a file leaves out and its vehicle decides, and what is said of them."""
+"""Keys that a file leaves out and its vehicle decides, and what is stated of them."""
 
 from __future__ import annotations
 

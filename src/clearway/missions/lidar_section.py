@@ -12,7 +12,7 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
 from clearway.missions.sections import NotNegative, Numbers, Point, Positive, values_for
-from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, named_pattern
+from clearway.sensors import BeamPattern, Lidar, Mounting, Standing, find_pattern
 from clearway.sim.lying_lidar import LIES, LyingLidar
 
 PATTERN_KEYS = (
@@ -109,7 +109,7 @@ class LidarSection(Section):
     def _pattern(self, grid: AvoidanceGrid) -> BeamPattern:
         near, far = self.min_range_m, self.max_range_m or grid.range_m
         if self.pattern is not None:
-            return named_pattern(self.pattern)
+            return find_pattern(self.pattern)
         if self.field_deg is not None and self.spacing_deg is not None:
             azimuth, elevation = (
                 np.radians(spread_evenly(width, self.spacing_deg)) for width in self.field_deg

@@ -44,13 +44,13 @@ from clearway.missions.place_sections import (
 from clearway.missions.planned import (
     PLANS,
     Notice,
+    make_planned_tables,
     plan_reader,
-    planned_tables,
     resolve_beside,
     with_plan,
 )
 from clearway.missions.rule_sections import KeepOutSection, RulesSection
-from clearway.missions.sections import GridSection, said, values_for, without_version
+from clearway.missions.sections import GridSection, state_problems, values_for, without_version
 from clearway.missions.sensor_section import SensorSection
 from clearway.missions.traffic_sections import FlyingIntruderSection, TrafficSection
 from clearway.missions.volume_section import VolumeSection, volumes_of
@@ -68,7 +68,7 @@ class MissionFile(Section):
     """All of a mission file; only `[mission]` is needed.
 
     >>> import clearway as cw
-    >>> mission = cw.read_mission("static-obstacles").changed("vehicle", speed_mps=0.8)
+    >>> mission = cw.read_mission("static-obstacles").with_values("vehicle", speed_mps=0.8)
     >>> mission.vehicle.speed_mps, mission.effective()["safety"]["margin_m"]
     (0.8, 0.6)
     """
@@ -97,7 +97,7 @@ class MissionFile(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _known_version(cls, data: Any) -> Any:
+    def _check_version(cls, data: Any) -> Any:
         return without_version(data)
 
     @model_validator(mode="after")
@@ -150,7 +150,7 @@ class MissionFile(Section):
         if self.volume and self.traffic.volumes is not None:
             raise ValueError("traffic.volumes: leave it out where there are [[volume]] tables")
         if self.volume:
-            said(lambda: volumes_of(self.volume))
+            state_problems(lambda: volumes_of(self.volume))
         elif self.traffic.keep_volumes and self.traffic.volumes is None:
             raise ValueError("traffic.keep_volumes: there are no volumes; name some by volumes")
         return self
@@ -212,7 +212,7 @@ class MissionFile(Section):
         if self.volume:
             return volumes_of(self.volume)
         named = self.traffic.volumes
-        return None if named is None else VOLUME_SETS.named(named)
+        return None if named is None else VOLUME_SETS.find(named)
 
     def to_avoidance(self) -> AvoidanceSettings:
         """How the vehicle senses, remembers and decides."""
@@ -246,7 +246,7 @@ class MissionFile(Section):
         tables["vehicle"] = self.vehicle.effective()
         return tables
 
-    def changed(self, section: str, **values: object) -> MissionFile:
+    def with_values(self, section: str, **values: object) -> MissionFile:
         """The same mission with some values of one table replaced, checked as a file would be.
 
         section: name of the table, `simulation` for instance; of a table that there may be several
@@ -294,7 +294,7 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
     notice: called with what was assumed or left out. Raises InputError with every problem of a
     file.
     """
-    built_in = built_in_missions()
+    built_in = list_built_in_missions()
     if name_or_path in built_in:
         with resources.as_file(built_in[name_or_path]) as path:
             return read_model(path, MissionFile)
@@ -305,7 +305,9 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
         problem = f"no such mission or file{near}; missions by name: {names}; made-up worlds: "
         raise InputError(name_or_path, problem + ", ".join(WORLD_FAMILIES))
     if plan_reader(path) is not None:
-        return parse_model(str(path), planned_tables(path, None, notice), MissionFile, path.parent)
+        return parse_model(
+            str(path), make_planned_tables(path, None, notice), MissionFile, path.parent
+        )
     if path.suffix != ".toml":
         refuse_others(path, "fly")
     tables = with_plan(path, read_toml(path), notice)
@@ -318,18 +320,18 @@ def _with_files_beside(path: Path, mission: MissionFile) -> MissionFile:
     _refuse_absent_data(path, mission)
     if mission.point_cloud is not None:
         file = str(at_hand(Path(resolve_beside(path, mission.point_cloud.file))))
-        mission = mission.changed("point_cloud", file=file)
+        mission = mission.with_values("point_cloud", file=file)
     if mission.map is not None:
         files = tuple(str(at_hand(Path(resolve_beside(path, file)))) for file in mission.map.files)
-        mission = mission.changed("map", files=files)
+        mission = mission.with_values("map", files=files)
     if mission.columns is not None and mission.columns.file is not None:
         file = resolve_beside(path, mission.columns.file)
-        mission = mission.changed("columns", file=file)
+        mission = mission.with_values("columns", file=file)
     if mission.vehicle.automaton is not None:
         file = resolve_beside(path, mission.vehicle.automaton)
-        mission = mission.changed("vehicle", automaton=file)
+        mission = mission.with_values("vehicle", automaton=file)
     if mission.traffic.recording is not None:
-        mission = mission.changed(
+        mission = mission.with_values(
             "traffic", recording=resolve_beside(path, mission.traffic.recording)
         )
     return mission
@@ -350,7 +352,7 @@ def _refuse_absent_data(path: Path, mission: MissionFile) -> None:
         )
 
 
-def built_in_missions() -> dict[str, Any]:
+def list_built_in_missions() -> dict[str, Any]:
     """Missions that come with clearway, by name."""
     folder = resources.files("clearway.missions") / "built_in"
     return {

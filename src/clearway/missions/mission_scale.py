@@ -11,7 +11,7 @@ from clearway.io.toml import Section
 from clearway.missions.lidar_section import LidarSection
 from clearway.missions.mission_sections import MissionSection, SafetySection, VehicleSection
 from clearway.missions.sections import GridSection, fill_left_out
-from clearway.sensors import named_pattern
+from clearway.sensors import find_pattern
 from clearway.vehicle.scale import Scale, scale_of
 
 FOLLOWING = {
@@ -61,7 +61,7 @@ def mission_scale(
 def _sees_m(lidars: Sequence[LidarSection]) -> float | None:
     """Range of the LiDAR that sees farthest; None where one of them goes by the grid."""
     ranges = [
-        one.max_range_m if one.pattern is None else named_pattern(one.pattern).max_range_m
+        one.max_range_m if one.pattern is None else find_pattern(one.pattern).max_range_m
         for one in lidars
     ]
     stated = [one for one in ranges if one is not None]

@@ -196,7 +196,7 @@ class VehicleSection(Section):
 
     def to_plant(self) -> PlantKind | None:
         """What truly moves; None for what does as the automaton predicts."""
-        return None if self.plant is None else PLANTS.named(self.plant)
+        return None if self.plant is None else PLANTS.find(self.plant)
 
     def to_automaton(self) -> MovementAutomaton:
         if self.automaton is not None:

@@ -11,7 +11,7 @@ from clearway.io.moments import parse_moment
 from clearway.io.traffic.traffic import read_traffic
 from clearway.missions.mission_file import MissionFile
 from clearway.traffic.recorded import Aircraft, TrafficRecording, collect_aircraft, without_ghosts
-from clearway.traffic.recorded.playing import PlayedTrack, RecordedTraffic, played_track
+from clearway.traffic.recorded.playing import PlayedTrack, RecordedTraffic, play_track
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class RecordedAir:
     """UTC at which the flight begins, seconds since 1970; None where its clock is a stopwatch."""
 
     def play(self, *, deaf: bool = False) -> RecordedTraffic:
-        """The traffic of one flight; deaf: nothing of it is told to the ownship."""
+        """The traffic of one flight; deaf: nothing of it is reported to the ownship."""
         return RecordedTraffic(self.tracks, self.heard_within_m, deaf)
 
 
@@ -51,7 +51,7 @@ def mission_traffic(file: MissionFile) -> RecordedAir | None:
     assert origin is not None
     tracks, heightless = [], 0
     for one in reporting:
-        track = played_track(one, origin, from_s, geometric=geometric, own_step_m=step_m)
+        track = play_track(one, origin, from_s, geometric=geometric, own_step_m=step_m)
         if track is None:
             heightless += 1
         elif _comes_near(track, file):

@@ -1,4 +1,5 @@
-"""What a mission flies in: its obstacles, maps and survey, by what is there and what is told."""
+"""What a mission flies in: its obstacles, maps and survey, by what is there and what is
+reported."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class MissionWorld(NamedTuple):
     there: World
     """What is really there."""
     charted: ObstacleMap
-    """What the vehicle is told."""
+    """What is reported to the vehicle."""
     notes: tuple[str, ...]
     """What was left out of the survey."""
     standing: frozenset[Danger] = frozenset()
@@ -55,7 +56,7 @@ def mission_world(file: MissionFile, maps: MissionMaps) -> MissionWorld:
         parts += [] if file.columns.known == "map" else [columns]
         charted += [] if file.columns.known == "world" else columns.charted
     if file.point_cloud is not None:
-        cloud, notes = _surveyed(file.point_cloud)
+        cloud, notes = _make_surveyed(file.point_cloud)
         parts.append(cloud)
     told = ObstacleMap([*charted, *maps.charted], complete_m=_complete_m(file))
     there_is = parts[0] if len(parts) == 1 else CombinedWorld(parts)
@@ -79,14 +80,14 @@ def _standing(file: MissionFile, maps: MissionMaps) -> frozenset[Danger]:
 
 
 def _complete_m(file: MissionFile) -> FloatArray | None:
-    """[2, 3] the box in which all that is told is all that stands there; None without any."""
+    """[2, 3] the box in which all that is reported is all that stands there; None without any."""
     declared = False if file.map is None else file.map.complete
     if isinstance(declared, bool):
         return np.array([[-np.inf] * 3, [np.inf] * 3]) if declared else None
     return np.array(declared)
 
 
-def _surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
+def _make_surveyed(section: PointCloudSection) -> tuple[PointWorld, tuple[str, ...]]:
     """A surveyed place as balls at its points, and what was left out of it."""
     from clearway.io.scans.scan_formats import read_points
 

@@ -13,7 +13,7 @@ from clearway.io.choices import OneOf
 from clearway.io.maps.plausible import LARGEST_POINT_RADIUS_M
 from clearway.io.scans.optical import Axes
 from clearway.io.toml import Section
-from clearway.missions.sections import ObstacleSection, Point, Positive, said
+from clearway.missions.sections import ObstacleSection, Point, Positive, state_problems
 from clearway.obstacles.columns import Columns
 from clearway.sim.column_fields import COLUMN_WORLDS
 
@@ -51,7 +51,7 @@ class ColumnsSection(Section):
     def _is_one_of_three(self) -> Self:
         if (self.file is not None) + bool(self.rows_m) + (self.made is not None) > 1:
             raise ValueError("give one of file, rows_m and made")
-        said(lambda: Columns(self.rows_m))
+        state_problems(lambda: Columns(self.rows_m))
         return self
 
     def to_columns(self) -> Columns:

@@ -75,7 +75,7 @@ def plan_reader(path: Path) -> Callable[[Path], FlightPlan] | None:
     return next((one.read for one in known if re.search(one.sign, head)), None)
 
 
-def planned_tables(
+def make_planned_tables(
     path: Path,
     speed_mps: float | None,
     notice: Notice | None,
@@ -113,7 +113,7 @@ def with_plan(path: Path, tables: dict[str, Any], notice: Notice | None) -> dict
             str(path), f"mission.plan: suffix {place.suffix!r}; valid: {', '.join(PLANS)}"
         )
     speed = tables.get("vehicle", {}).get("speed_mps")
-    planned = planned_tables(
+    planned = make_planned_tables(
         place,
         speed if isinstance(speed, (int, float)) else None,
         notice,

@@ -15,7 +15,9 @@ from clearway.missions.played_scene import Playback
 from clearway.missions.recorded_scan import beams_in_words
 
 
-def played_result(name: str, playback: Playback, scans: list[dict[str, Any]]) -> dict[str, Any]:
+def make_played_result(
+    name: str, playback: Playback, scans: list[dict[str, Any]]
+) -> dict[str, Any]:
     """The object that `assess --all --json` prints."""
     return {
         "name": name,

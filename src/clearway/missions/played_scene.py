@@ -22,7 +22,7 @@ from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import SceneInput, cloud_notes, lidar_of, open_section
 from clearway.reach.store import Notice, ReachLibrary
 from clearway.sensors import Lidar, Scan
-from clearway.vehicle.scale import suited_reach_m
+from clearway.vehicle.scale import suit_reach_m
 
 NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
 OUT_OF_ORDER, AHEAD_OF_TIME = "not later than the one before", "later than the one after it"
@@ -81,7 +81,7 @@ def play_scene(read: SceneInput, notice: Notice | None = None) -> Playback:
         scene.reach.kind,
         scene.speed_mps,
         system,
-        _played(system, moments),
+        _play(system, moments),
         left_out,
         (*sequence.notes, *cloud_notes(cloud)),
     )
@@ -131,7 +131,7 @@ def _system(
     mission = mission_along(
         states or [replace(scene.state, time_s=start_s)],
         scene.grid.range_m,
-        suited_reach_m(automaton),
+        suit_reach_m(automaton),
     )
     system = AvoidanceSystem(
         planner,
@@ -184,7 +184,7 @@ def _pair_with_next_time(sequence: ScanSequence) -> Iterator[tuple[TimedScan, fl
         yield held, math.inf
 
 
-def _played(
+def _play(
     system: AvoidanceSystem, moments: Iterator[tuple[int, Moment]]
 ) -> Iterator[tuple[int, PlayedScan]]:
     for index, moment in moments:

@@ -99,7 +99,7 @@ def read_scan(
     scan, cloud, before = read_usable(sequence, at)
     if poses is not None and scan.state is None:
         raise InputError(str(poses), f"no pose at scan {scan.index}, {scan.time_s:.3f} s")
-    recorded = _recorded(sequence, scan, cloud, *_lidar(sensor, frame, sequence, cloud))
+    recorded = _make_recorded(sequence, scan, cloud, *_lidar(sensor, frame, sequence, cloud))
     elsewhere = note_direction(sequence.source, frame, recorded.lidar.mounting, recorded.points_m)
     return replace(recorded, notes=(*before, *elsewhere, *recorded.notes))
 
@@ -134,7 +134,7 @@ class RecordedScans(Iterator[RecordedScan]):
     def __init__(self, sequence: ScanSequence, lidar: Lidar, lidar_from: str) -> None:
         self._left_out = LeftOut()
         self._scans = (
-            _recorded(sequence, scan, cloud, lidar, lidar_from)
+            _make_recorded(sequence, scan, cloud, lidar, lidar_from)
             for scan in sequence
             if (cloud := self._left_out.read(scan)) is not None
         )
@@ -166,7 +166,7 @@ def _lidar(
         raise InputError(error.source, told) from error
 
 
-def _recorded(
+def _make_recorded(
     sequence: ScanSequence, scan: TimedScan, cloud: PointCloud, lidar: Lidar, told_by: str
 ) -> RecordedScan:
     state = None if scan.state is None else replace(scan.state, time_s=scan.time_s)

@@ -116,5 +116,5 @@ def mission_rules(
         rules.append(vertical_only(within))
     if section.route_m is not None:
         rules.append(near_route(section.route_m))
-    rules += [OWN_RULES.named(name) for name in section.own]
+    rules += [OWN_RULES.find(name) for name in section.own]
     return tuple(rules)

@@ -14,7 +14,7 @@ from clearway.avoidance.long_range.resolve import LongRangeChoice
 from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.speed_choice import Sight, SpeedChoice
 from clearway.base.version import SCHEMA_VERSION
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live import FlightDecision
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
@@ -52,7 +52,7 @@ def write_decisions(run: Run[Steering], path: Path) -> None:
 def decision_record(entry: LoggedDecision[Steering]) -> dict[str, Any]:
     """A decision as plain values: of clearway's with all its reasons, of others what all have."""
     if isinstance(entry.flight, FlightDecision):
-        return _assessed_record(entry.flight, entry)
+        return _make_assessed_record(entry.flight, entry)
     flight = entry.flight
     return {
         **_when_and_why(entry),
@@ -76,13 +76,13 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
 
 
 def _way_out(way: WayOut | None) -> dict[str, Any] | None:
-    """The way out in hand after a decision's first movement."""
+    """The held escape after a decision's first movement."""
     if way is None:
         return None
     return {
         "movements": list(way.begins),
         "loop": list(way.loop),
-        "margin_kept_m": rounded(way.margin_m),
+        "margin_kept_m": round_number(way.margin_m),
         "certain": way.certain,
     }
 
@@ -92,10 +92,10 @@ def _afar(choice: LongRangeChoice) -> dict[str, Any]:
     return {
         "side": str(choice.side),
         "sense": str(choice.sense),
-        "speed_mps": rounded(choice.speed_mps),
+        "speed_mps": round_number(choice.speed_mps),
         "volumes_ahead": choice.tier,
         "volumes_ahead_as_wanted": choice.wanted_tier,
-        "risk": [rounded(one) for one in choice.risk],
+        "risk": [round_number(one) for one in choice.risk],
         "reason": choice.reason,
     }
 
@@ -103,10 +103,10 @@ def _afar(choice: LongRangeChoice) -> dict[str, Any]:
 def _speed(speed: SpeedChoice) -> dict[str, Any]:
     """Speeds of a plan, and what limits them."""
     return {
-        "now_mps": rounded(speed.now_mps),
-        "next_mps": rounded(speed.next_mps),
-        "plan_mps": [rounded(each) for each in speed.plan_mps],
-        "greatest_mps": rounded(speed.greatest_mps),
+        "now_mps": round_number(speed.now_mps),
+        "next_mps": round_number(speed.next_mps),
+        "plan_mps": [round_number(each) for each in speed.plan_mps],
+        "greatest_mps": round_number(speed.greatest_mps),
         "limit": speed.limit.name.lower(),
         "why": str(speed.limit),
     }
@@ -115,13 +115,15 @@ def _speed(speed: SpeedChoice) -> dict[str, Any]:
 def _sight(sight: Sight) -> dict[str, Any]:
     """How far space was seen to be free, all round and ahead, and the speed that allows."""
     return {
-        "ahead_m": rounded(sight.ahead_m),
-        "cap_mps": rounded(sight.cap_mps),
-        "free_m": [rounded(each) for each in sight.free_m.tolist()],
+        "ahead_m": round_number(sight.ahead_m),
+        "cap_mps": round_number(sight.cap_mps),
+        "free_m": [round_number(each) for each in sight.free_m.tolist()],
     }
 
 
-def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) -> dict[str, Any]:
+def _make_assessed_record(
+    flight: FlightDecision, entry: LoggedDecision[Steering]
+) -> dict[str, Any]:
     decision, choice, mode = flight.decision, flight.decision.choice, flight.mode_state
     movements_to = decision.prepared.reach_set.movements_to
     return {
@@ -132,19 +134,19 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "position_m": _list(decision.state.position_m),
         "attitude_rad": _list(decision.state.attitude_rad),
         "movements": list(decision.movements),
-        "cost_m": rounded(choice.cost_m),
-        "rating": rounded(choice.rating),
-        "feasibility": rounded(choice.feasibility),
-        "continuations": rounded(choice.continuations),
-        "clearance_m": rounded(choice.clearance_m),
+        "cost_m": round_number(choice.cost_m),
+        "rating": round_number(choice.rating),
+        "feasibility": round_number(choice.feasibility),
+        "continuations": round_number(choice.continuations),
+        "clearance_m": round_number(choice.clearance_m),
         "limited_by": choice.limited_by.name.lower(),
         "way_out": _way_out(decision.way_out),
         "no_way_out": list(decision.no_way_out),
         **({"tube_m": _list(decision.tube_m)} if decision.tube_m.any() else {}),
         **({} if decision.speed is None else {"speed": _speed(decision.speed)}),
         **({} if entry.sight is None else {"sight": _sight(entry.sight)}),
-        "margin_asked_m": rounded(decision.margin_m),
-        "margin_kept_m": rounded(choice.margin_m),
+        "margin_asked_m": round_number(decision.margin_m),
+        "margin_kept_m": round_number(choice.margin_m),
         "side": str(choice.side),
         "candidates": choice.candidates,
         "below_threshold": choice.below_threshold,
@@ -152,9 +154,9 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         "ruled_out": [
             {
                 "movements": list(movements_to(other.node)),
-                "cost_m": rounded(other.cost_m),
+                "cost_m": round_number(other.cost_m),
                 "cause": other.cause.name.lower(),
-                "clearance_m": rounded(other.clearance_m),
+                "clearance_m": round_number(other.clearance_m),
             }
             for other in choice.ruled_out
         ],
@@ -162,9 +164,9 @@ def _assessed_record(flight: FlightDecision, entry: LoggedDecision[Steering]) ->
         **({} if flight.traffic is None else {"traffic": flight.traffic.as_dict()}),
         **({} if decision.long_range is None else {"long_range": _afar(decision.long_range)}),
         **({"alarms": [alarm.why for alarm in flight.alarms]} if flight.alarms else {}),
-        "scan_age_s": rounded(flight.scan_age_s),
+        "scan_age_s": round_number(flight.scan_age_s),
         "data_left_out": flight.counts,
-        "decide_within_s": rounded(decision.decide_within_s),
+        "decide_within_s": round_number(decision.decide_within_s),
         "elapsed_ms": round(entry.elapsed_s * 1e3, 4),
     }
 

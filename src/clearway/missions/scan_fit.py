@@ -50,7 +50,7 @@ CHOICES = (
 )
 
 
-def fitted_to(
+def fit_to_scan(
     file: SceneFile, lidar: Lidar, pattern_from: str
 ) -> tuple[SceneFile, tuple[str, ...]]:
     """The file with its grid no higher and no lower than the sensor looks, and a note if it was.

@@ -26,7 +26,7 @@ from clearway.missions.sections import (
     Place,
     Point,
     Share,
-    said,
+    state_problems,
     without_version,
 )
 from clearway.reach.sets import METHODS, tuning_of
@@ -157,7 +157,7 @@ class IntruderSection(Section):
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        said(self.to_intruder)
+        state_problems(self.to_intruder)
         if self.models == ():
             raise ValueError(f"models: at least one of {', '.join(MODELS)} is needed")
         if self.up is not None and not any(self.up):
@@ -265,7 +265,7 @@ class SceneFile(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _known_version(cls, data: Any) -> Any:
+    def _check_version(cls, data: Any) -> Any:
         return without_version(data)
 
     @model_validator(mode="after")

@@ -31,7 +31,7 @@ from clearway.missions.left_out import describe_left_out
 from clearway.missions.scan_fit import (
     airframe_notes,
     corner_notes,
-    fitted_to,
+    fit_to_scan,
     note_direction,
     note_vehicle,
     refuse_other_axes,
@@ -45,7 +45,7 @@ from clearway.sensors import (
     Mounting,
     Scan,
     estimate_pattern,
-    named_pattern,
+    find_pattern,
     simulate_scan,
 )
 from clearway.sensors.beams.pattern import MOST_BEAMS
@@ -96,15 +96,15 @@ def read_scene(path: str | Path, overrides: Mapping[str, Any] | None = None) -> 
 def scene_of(source: str, tables: Mapping[str, Any], folder: Path, name: str) -> SceneInput:
     """The scene of plain tables; `folder` is where relative paths in them start."""
     file = parse_model(source, tables, SceneFile, folder)
-    file, chosen = _suited(file)
-    measured = _measured(folder, file.scan)
+    file, chosen = _suit(file)
+    measured = _read_measured(folder, file.scan)
     state = _state(file, measured)
     seen, notes = None, (*chosen, *_notes_of(measured))
     if measured is not None and file.scan is not None:
-        seen = _seen(source, file.scan, measured)
+        seen = _read_seen(source, file.scan, measured)
         points_m, mounting = measured.cloud.points_m, seen.lidar.mounting
         notes += note_direction(measured.sequence.source, file.scan.frame, mounting, points_m)
-        file, fitted = fitted_to(file, seen.lidar, seen.pattern_from)
+        file, fitted = fit_to_scan(file, seen.lidar, seen.pattern_from)
         notes += (*fitted, *airframe_notes(measured.sequence, seen.lidar, points_m))
         notes += corner_notes(measured.sequence.source, points_m)
     grid = file.grid.to_grid()
@@ -134,7 +134,7 @@ def merge_tables(tables: Mapping[str, Any], overrides: Mapping[str, Any]) -> dic
     return result
 
 
-def _measured(folder: Path, section: ScanSection | None) -> Measured | None:
+def _read_measured(folder: Path, section: ScanSection | None) -> Measured | None:
     """The scan that a file is asked for; None where none is."""
     if section is None or section.file is None:
         return None
@@ -187,7 +187,7 @@ def _rating(file: SceneFile) -> RatingSettings:
     return RatingSettings(rating=stated.pop("name"), **stated)
 
 
-def _suited(file: SceneFile) -> tuple[SceneFile, tuple[str, ...]]:
+def _suit(file: SceneFile) -> tuple[SceneFile, tuple[str, ...]]:
     """The file with the range and margin that suit the speed it states, and a note of them."""
     scale, range_m = _reach_settings(file).scale, {}
     if scale is None:
@@ -219,7 +219,7 @@ def _reach_settings(file: SceneFile) -> ReachSettings:
     )
 
 
-def _seen(source: str, section: ScanSection, measured: Measured) -> SceneScan:
+def _read_seen(source: str, section: ScanSection, measured: Measured) -> SceneScan:
     """The scan of a file with its sensor."""
     lidar, pattern_from = lidar_of(source, section, measured.cloud, measured.sequence)
     scan = Scan(measured.cloud.points_m, measured.scan.time_s, sensor=lidar.name)
@@ -234,7 +234,7 @@ def _sightings(
     if file.scan is None:
         return ()
     assert file.scan.simulate is not None
-    return (_simulated(source, file, file.scan.simulate, grid, state),)
+    return (_simulate(source, file, file.scan.simulate, grid, state),)
 
 
 def lidar_of(
@@ -257,7 +257,7 @@ def lidar_of(
     pattern, pattern_from = cloud.pattern, "file"
     try:
         if section.pattern != "auto":
-            pattern, pattern_from = named_pattern(section.pattern), "stated"
+            pattern, pattern_from = find_pattern(section.pattern), "stated"
         elif pattern is None:
             pattern, pattern_from = estimate_pattern(cloud.points_m), "estimated"
     except ClearwayError as error:
@@ -282,7 +282,7 @@ def _mounting(section: ScanSection, sequence: ScanSequence) -> Mounting:
     )
 
 
-def _simulated(
+def _simulate(
     source: str, file: SceneFile, section: SimulateSection, grid: AvoidanceGrid, state: State
 ) -> SceneScan:
     """A scan of those obstacles that are really there, cast from the vehicle's position."""

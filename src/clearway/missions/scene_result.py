@@ -32,25 +32,25 @@ def scene_result(assessment: SceneAssessment) -> dict[str, Any]:
             for detection, sighting in zip(assessment.detections, scene.sightings, strict=True)
         ],
         "reach_set": _reach_set(scene.reach.method, scene.speed_mps, assessment.reach_set),
-        "hits": nested(
+        "hits": nest_cells(
             grid, sum((d.hits for d in assessment.detections), np.zeros(grid.cells, int))
         ),
-        "detected": nested(grid, evidence.detected),
-        "visibility": nested(grid, evidence.visibility),
-        "map_base": nested(grid, evidence.map_base),
-        "map": nested(grid, cells.map),
-        "intruder": nested(grid, evidence.intruder),
-        "obstacle": nested(grid, cells.obstacle),
-        "coated": nested(grid, evidence.coated),
-        "rating": nested(grid, cells.rating),
-        "reachability": nested(grid, reach.reachability, reach.passed),
-        "trajectories": nested(grid, reach.trajectories),
-        "space": nested(grid, np.array(assessment.space.names)),
+        "detected": nest_cells(grid, evidence.detected),
+        "visibility": nest_cells(grid, evidence.visibility),
+        "map_base": nest_cells(grid, evidence.map_base),
+        "map": nest_cells(grid, cells.map),
+        "intruder": nest_cells(grid, evidence.intruder),
+        "obstacle": nest_cells(grid, cells.obstacle),
+        "coated": nest_cells(grid, evidence.coated),
+        "rating": nest_cells(grid, cells.rating),
+        "reachability": nest_cells(grid, reach.reachability, reach.passed),
+        "trajectories": nest_cells(grid, reach.trajectories),
+        "space": nest_cells(grid, np.array(assessment.space.names)),
         "intruders": [_intruder(grid, one) for one in assessment.intruders],
     }
 
 
-def nested(
+def nest_cells(
     grid: AvoidanceGrid, per_cell: npt.NDArray[Any], has_value: BoolArray | None = None
 ) -> list[list[list[Any]]]:
     """A [cells] array as lists [layer][column][row]; None where there is no value or no number."""
@@ -98,4 +98,4 @@ def _model(grid: AvoidanceGrid, model: ModelCells) -> dict[str, Any]:
         "indicator": model.indicator,
         "meeting": model.meeting,
     }
-    return {name: nested(grid, array) for name, array in arrays.items() if array is not None}
+    return {name: nest_cells(grid, array) for name, array in arrays.items() if array is not None}

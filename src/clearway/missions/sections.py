@@ -62,7 +62,7 @@ def without_version(data: Any) -> Any:
     return {key: value for key, value in data.items() if key != "schema_version"}
 
 
-def said(make: Callable[[], object]) -> None:
+def state_problems(make: Callable[[], object]) -> None:
     """Turn what a value refuses into a problem of the section that it comes from."""
     try:
         make()
@@ -119,7 +119,7 @@ class GridSection(Section):
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        said(self.to_grid)
+        state_problems(self.to_grid)
         return self
 
     def to_grid(self) -> AvoidanceGrid:
@@ -201,7 +201,7 @@ class ObstacleSection(Section):
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        said(self.to_obstacle)
+        state_problems(self.to_obstacle)
         return self
 
     def to_obstacle(self) -> Obstacle:

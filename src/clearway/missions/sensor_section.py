@@ -12,7 +12,7 @@ from pydantic import Field
 from clearway.base.errors import InputError, OwnCodeError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.own_code import guard_call, raised
+from clearway.base.own_code import describe_raised, guard_call
 from clearway.base.state import BoolArray, State
 from clearway.base.variants import Variants
 from clearway.io.choices import OneOf
@@ -29,7 +29,7 @@ ASKED = ("name", "standing", "sigma_m", "detect", "returns", "passes", "scan")
 
 @dataclass(frozen=True, eq=False)
 class OwnSensor:
-    """A user's sensor; what it raises in flight is told with its file and line."""
+    """A user's sensor; what it raises in flight is reported with its file and line."""
 
     name: str
     standing: Standing
@@ -61,7 +61,9 @@ def _own(label: str, found: Any) -> MakeSensor:
             sensor = found(**settings)
         except Exception as cause:
             given = ", ".join(settings) or "none"
-            raise OwnCodeError(label, f"with settings {given} {raised(cause, found)}") from cause
+            raise OwnCodeError(
+                label, f"with settings {given} {describe_raised(cause, found)}"
+            ) from cause
         missing = [name for name in ASKED if not hasattr(sensor, name)]
         if missing:
             raise OwnCodeError(
@@ -93,12 +95,12 @@ class SensorSection(Section):
     """Whatever the kind takes; of `lidar` the keys of `[[lidar]]`."""
 
     def __hash__(self) -> int:
-        """Of the kind alone: settings can be told apart, but not hashed."""
+        """Of the kind alone: settings can be distinguished, but not hashed."""
         return hash(self.kind)
 
     def to_sensor(self, grid: AvoidanceGrid) -> AnyKind:
         """The sensor; raises InputError for settings that it refuses."""
-        return SENSORS.named(self.kind)(grid, self.settings)
+        return SENSORS.find(self.kind)(grid, self.settings)
 
 
 def mission_sensors(

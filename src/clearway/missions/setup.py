@@ -64,7 +64,7 @@ class FlightSetup:
     world: World
     """What is really there."""
     obstacle_map: ObstacleMap
-    """What the vehicle is told."""
+    """What is reported to the vehicle."""
     simulation: SimulationSettings
     script: tuple[ScriptedIntruder, ...]
     """Intruders that appear."""
@@ -92,19 +92,19 @@ class FlightSetup:
     @property
     def dangers(self) -> frozenset[Danger]:
         """What can be hit, by who tells of it: what stands there, and what flies."""
-        found = {_told_by(one, seen=bool(self.sensors)) for one in self.script}
+        found = {_find_danger(one, seen=bool(self.sensors)) for one in self.script}
         if self.recorded is not None:
             found.add(REPORTED_TRAFFIC)
         return self.standing | found
 
     @property
     def escape(self) -> EscapePlan:
-        """Which ways out clearway keeps in hand on this flight, and why."""
+        """Which escapes clearway holds on this flight, and why."""
         return escape_plan(self.planner, self.sensors, self.obstacle_map, self.mission.start)
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What whoever flies to its waypoints has to be told, beside `notes` and `escape`."""
+        """What whoever flies to its waypoints has to know, beside `notes` and `escape`."""
         told = (
             over_reach(self.mission, self.planner.automaton),
             over_turns(self.mission, self.planner.automaton),
@@ -166,7 +166,7 @@ class FlightSetup:
 
     def fly(self, on_decision: OnDecision | None = None) -> Run:
         """Refuse or fly."""
-        return self._flown(self.system(), on_decision)
+        return self._fly(self.system(), on_decision)
 
     def fly_with(
         self,
@@ -181,14 +181,14 @@ class FlightSetup:
         reading of the sensors.
         """
         pilot = pilot_named(planner, self.system(), self.craft, folder)
-        run = self._flown(pilot, on_decision, scans=scans)
+        run = self._fly(pilot, on_decision, scans=scans)
         return replace(run, planner=planner)
 
     def fly_deaf(self) -> Run:
-        """As `fly`, but nothing of the recorded traffic is told to the ownship."""
-        return self._flown(self.system(), None, deaf=True)
+        """As `fly`, but nothing of the recorded traffic is reported to the ownship."""
+        return self._fly(self.system(), None, deaf=True)
 
-    def _flown(
+    def _fly(
         self,
         pilot: Pilot[D],
         on_decision: OnDecision[D] | None,
@@ -268,7 +268,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     )
 
 
-def _told_by(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
+def _find_danger(intruder: ScriptedIntruder, *, seen: bool) -> Danger:
     reported = REPORTED_TRAFFIC if intruder.transponder else frozenset()
     return reported | ({Source.SENSORS} if seen and intruder.visible else set())
 

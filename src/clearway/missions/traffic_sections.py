@@ -9,7 +9,14 @@ from pydantic import Field, model_validator
 
 from clearway.io.choices import OneOf
 from clearway.io.toml import Section
-from clearway.missions.sections import ModelName, NotNegative, Point, Positive, said, values_for
+from clearway.missions.sections import (
+    ModelName,
+    NotNegative,
+    Point,
+    Positive,
+    state_problems,
+    values_for,
+)
 from clearway.sim.scripted import ScriptedIntruder, Spawn, TrafficSettings
 from clearway.traffic import Intruder, TrackerSettings
 from clearway.traffic.recorded.aircraft import LONGEST_GAP_S
@@ -98,7 +105,7 @@ class FlyingIntruderSection(Section):
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        said(self._reported)
+        state_problems(self._report)
         if self.seen_by_lidar and self.radius_m == 0.0:
             raise ValueError("a LiDAR sees it as a ball, so radius_m must be above 0")
         return self
@@ -122,7 +129,7 @@ class FlyingIntruderSection(Section):
             self.seen_by_lidar,
         )
 
-    def _reported(self) -> Intruder:
+    def _report(self) -> Intruder:
         return Intruder(
             np.array(self.position_m),
             np.array(self.velocity_mps),

@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from clearway.io.toml import Section, read_model
-from clearway.missions.sections import NotNegative, Positive, said
+from clearway.missions.sections import NotNegative, Positive, state_problems
 from clearway.traffic.volumes import VOLUME_SETS, AirVolume, VolumeSet
 
 
@@ -48,7 +48,7 @@ class VolumesFile(Section):
 
     @model_validator(mode="after")
     def _are_nested(self) -> Self:
-        said(self.to_set)
+        state_problems(self.to_set)
         return self
 
     def to_set(self, name: str = "own") -> VolumeSet:
@@ -60,4 +60,4 @@ def volumes_named(name_or_path: str) -> VolumeSet:
     problem of the file, ClearwayError the valid names."""
     if name_or_path.endswith(".toml"):
         return read_model(Path(name_or_path), VolumesFile).to_set(Path(name_or_path).stem)
-    return VOLUME_SETS.named(name_or_path)
+    return VOLUME_SETS.find(name_or_path)

@@ -23,7 +23,7 @@ from clearway.missions.rule_sections import RulesSection
 from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle import Obstacle
 from clearway.sim.world_parts import MadeWorld
-from clearway.sim.worlds import WORLD_FAMILIES, made_world
+from clearway.sim.worlds import WORLD_FAMILIES, make_world
 
 NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
 """The sensor of all made-up worlds: that of the paper's missions."""
@@ -42,9 +42,9 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
 
     >>> import clearway as cw
     >>> mission = cw.read_mission("static-obstacles")
-    >>> mission.changed("simulation", seed=3).simulation.seed
+    >>> mission.with_values("simulation", seed=3).simulation.seed
     3
-    >>> mission.changed("simulation", sede=3)
+    >>> mission.with_values("simulation", sede=3)
     Traceback (most recent call last):
         ...
     clearway.base.errors.InputError: mission 'static-obstacles': simulation.sede: unknown key ...
@@ -60,7 +60,7 @@ def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> Miss
 
 def world_mission(family: str, seed: int) -> MissionFile:
     """The mission file that flies a world of a family; its seed is the simulation's too."""
-    return mission_of(made_world(family, seed), seed)
+    return mission_of(make_world(family, seed), seed)
 
 
 def mission_of(made: MadeWorld, seed: int) -> MissionFile:

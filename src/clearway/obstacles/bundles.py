@@ -1,6 +1,6 @@
 """What of a box tree a bundle of rays from one origin may meet.
 
-A bundle's cone is held against the spheres around nodes and obstacles. What it surely misses is
+A bundle's cone is checked against the spheres around nodes and obstacles. What it surely misses is
 left out; all else stays, in the order of the tree.
 """
 
@@ -99,7 +99,7 @@ def look(
             held += 1
         count += 1
         node += 1
-    return _joined(whole, count, held, tree)
+    return _join(whole, count, held, tree)
 
 
 @compiled
@@ -117,7 +117,7 @@ def _see(dx: float, dy: float, dz: float, radius: float, spheres: Floats2, at: i
 
 
 @compiled
-def _joined(part: TreePart, count: int, held: int, tree: BoxTree) -> int:
+def _join(part: TreePart, count: int, held: int, tree: BoxTree) -> int:
     """Fill in where to go on; the number of nodes, 0 if no obstacle is left in them."""
     part.first[count] = held
     for k in range(count - 1, -1, -1):
@@ -152,7 +152,7 @@ def cone_around(directions: Floats2, begin: int, end: int, cone: Floats) -> bool
 
 
 @compiled
-def narrowed(
+def narrow_bundle(
     part: TreePart, nodes: int, cone: Floats, tree: BoxTree, spheres: Spheres, left: TreePart
 ) -> int:
     """Fill in what a cone may meet of a part; the number of nodes, 0 for nothing."""
@@ -173,7 +173,7 @@ def narrowed(
         if held > left.first[count] or tree.skip[node] > node + 1:
             count += 1
         k += 1
-    return _joined(left, count, held, tree)
+    return _join(left, count, held, tree)
 
 
 @compiled

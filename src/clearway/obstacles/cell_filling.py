@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.obstacles.cell_nodes import CellNodes
-from clearway.obstacles.cell_share import blurred_share
+from clearway.obstacles.cell_share import blur_share
 from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import (
     box_distance,
@@ -126,13 +126,13 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
     filled, main = parts.filled, parts.main
     x, y, z = parts.place_m[0, :count], parts.place_m[1, :count], parts.place_m[2, :count]
     _beyond(x, y, z, center, turn, half, parts.beyond_m)
-    touched, full = _touched(parts.width_m[:count], radius, parts)
+    touched, full = _count_touched(parts.width_m[:count], radius, parts)
     axes = turn_of(turn)
     for n in range(touched):
         p = np.uint64(parts.touched[n])  # Which is never counted from the end.
         width = parts.width_m[p]
         lx, ly, lz = local_point(x[p], y[p], z[p], center, turn)
-        share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
+        share = blur_share(lx, ly, lz, hx, hy, hz, radius, width)
         if not several:
             filled[p] = share
             continue
@@ -141,7 +141,7 @@ def _fill_parts(shapes: Shapes, count: int, s: int, several: bool, parts: Parts)
         low = high - 2.0 * (radius + min(hx, min(hy, hz)))
         aligned = main[p, 1] * nx + main[p, 2] * ny + main[p, 3] * nz
         common = _common_length(main[p, 4], main[p, 5], low, high, aligned, 0.5 * width)
-        filled[p] = _united(filled[p], share, aligned, common / width)
+        filled[p] = _unite(filled[p], share, aligned, common / width)
         if share > main[p, 0]:
             main[p, 0], main[p, 1], main[p, 2], main[p, 3] = share, nx, ny, nz
             main[p, 4], main[p, 5] = low, high
@@ -186,13 +186,13 @@ def _fill_part(
         k = np.uint64(some.touched[n])
         lx, ly, lz, radius = at[0, k], at[1, k], at[2, k], rows[15, k]
         hx, hy, hz = rows[12, k], rows[13, k], rows[14, k]
-        share = blurred_share(lx, ly, lz, hx, hy, hz, radius, width)
+        share = blur_share(lx, ly, lz, hx, hy, hz, radius, width)
         nx, ny, nz = outward_normal(lx, ly, lz, hx, hy, hz, turn_in(rows, k))
         high = radius - box_distance(lx, ly, lz, hx, hy, hz)
         low = high - 2.0 * (radius + min(hx, min(hy, hz)))
         aligned = mx * nx + my * ny + mz * nz
         common = _common_length(before, behind, low, high, aligned, 0.5 * width)
-        filled = _united(filled, share, aligned, common / width)
+        filled = _unite(filled, share, aligned, common / width)
         if share > most:
             most, before, behind, mx, my, mz = share, low, high, nx, ny, nz
     main[0], main[1], main[2], main[3], main[4], main[5] = most, mx, my, mz, before, behind
@@ -200,7 +200,7 @@ def _fill_part(
 
 
 @compiled
-def _united(filled: float, share: float, aligned: float, common: float) -> float:
+def _unite(filled: float, share: float, aligned: float, common: float) -> float:
     """What is filled with one more share: surfaces meet as if by chance, but for parallel ones,
     whose overlap is a length in common, as a share of the part's width."""
     added = share
@@ -229,7 +229,7 @@ def _beyond(
 
 
 @compiled
-def _touched(width: Floats, radius: float, parts: Parts) -> tuple[int, int]:
+def _count_touched(width: Floats, radius: float, parts: Parts) -> tuple[int, int]:
     """How many parts an inflated shape may add to, and how many are full: nothing adds to those.
 
     Which they are cannot be foretold, so no branch asks: the others are written over.

@@ -54,7 +54,7 @@ def interval_share(offset: float, half: float, width: float) -> float:
 
 
 @compiled
-def blurred_share(
+def blur_share(
     x: float, y: float, z: float, hx: float, hy: float, hz: float, radius: float, width: float
 ) -> float:
     """Share of a cube around a local point that a rounded box fills, keeping its volume.

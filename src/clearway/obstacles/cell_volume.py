@@ -15,7 +15,7 @@ import numpy as np
 from clearway.base.arrays import Floats, Ints
 from clearway.base.compiled import compiled
 from clearway.base.grid import GridEdges
-from clearway.obstacles.cell_share import blurred_share, half_space_share
+from clearway.obstacles.cell_share import blur_share, half_space_share
 from clearway.obstacles.obstacle import Shapes, shape_distance
 from clearway.obstacles.rounded_box import box_distance, local_point, outward_normal, turn_of
 
@@ -130,7 +130,7 @@ def plane_share(part: Part, cut: Cut) -> float:
 
 
 @compiled
-def _hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
+def _is_hidden_behind(a: Cut, b: Cut, radius: float) -> bool:
     """Whether, within a ball, what lies inside surface b lies inside surface a too."""
     dx, dy, dz = a.nx - b.nx, a.ny - b.ny, a.nz - b.nz
     apart = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -161,9 +161,9 @@ def _smooth_share(part: Part, wide: float, scale: float, shapes: Shapes, near: I
         cut = cut_of(part, shapes, near[m])
         if not (cut.flat or wide <= _curve_width(shapes.radius_m[near[m]], scale)):
             return -1.0
-        if _hidden_behind(first, cut, part.radius):
+        if _is_hidden_behind(first, cut, part.radius):
             continue
-        if _hidden_behind(cut, first, part.radius):
+        if _is_hidden_behind(cut, first, part.radius):
             first = cut
             continue
         dot = first.nx * cut.nx + first.ny * cut.ny + first.nz * cut.nz
@@ -184,14 +184,14 @@ def _smallest_part(scale: float, shapes: Shapes, near: Ints) -> float:
 
 
 @compiled
-def _blurred_union(part: Part, shapes: Shapes, near: Ints) -> float:
+def _blur_union(part: Part, shapes: Shapes, near: Ints) -> float:
     """Share of a part too small to halve: its shapes as if they met it independently."""
     free = 1.0
     width = part.volume ** (1.0 / 3.0)
     for n in near:
         x, y, z = local_point(part.x, part.y, part.z, shapes.center_m[n], shapes.rotation[n])
         half = shapes.half_m[n]
-        free *= 1.0 - blurred_share(x, y, z, half[0], half[1], half[2], shapes.radius_m[n], width)
+        free *= 1.0 - blur_share(x, y, z, half[0], half[1], half[2], shapes.radius_m[n], width)
     return 1.0 - free
 
 
@@ -221,7 +221,7 @@ def _part_share(part: Part, scale: float, shapes: Shapes, near: Ints) -> float:
         return -1.0
     share = _smooth_share(part, wide, scale, shapes, near)
     if share < 0.0 and wide <= _smallest_part(scale, shapes, near):
-        return _blurred_union(part, shapes, near)
+        return _blur_union(part, shapes, near)
     return share
 
 

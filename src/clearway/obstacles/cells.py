@@ -29,8 +29,8 @@ FAST_LOOKS, EVERY_LOOK = 4_000, 2**62
 """Shapes times parts of a cell that are looked at in fast and in fine mode. Where more than forty
 shapes meet in a cell, fewer parts tell nearly as much, and a decision stays one of milliseconds."""
 COAT_LOOKS = 10_000
-"""Shapes times parts of a cell that are looked at before it is taken for coated: where more than a
-hundred shapes come as near as that, one will not matter."""
+"""Shapes times parts of a cell that are looked at before it is taken for inflated: where more than
+a hundred shapes come as near as that, one will not matter."""
 
 
 def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fast") -> FloatArray:
@@ -39,10 +39,10 @@ def base_probability(shapes: Shapes, grid: AvoidanceGrid, mode: VolumeMode = "fa
     shapes: in the grid frame, from `ObstacleMap.in_grid`.
     """
     if mode == "fast":
-        return _blurred_shares(shapes, cell_nodes(grid), FAST_LOOKS)
+        return _blur_shares(shapes, cell_nodes(grid), FAST_LOOKS)
     if mode == "fine":
         per_cell = max(NODES_PER_CELL, min(FINE_NODES, FINE_NODES_IN_ALL // grid.cells))
-        return _blurred_shares(shapes, cell_nodes(grid, per_cell), EVERY_LOOK)
+        return _blur_shares(shapes, cell_nodes(grid, per_cell), EVERY_LOOK)
     if mode == "reference":
         return union_shares(shapes, grid.edges)
     raise ClearwayError(f"volume mode {mode!r} is none of {', '.join(get_args(VolumeMode))}")
@@ -55,11 +55,11 @@ def inflate_shapes(shapes: Shapes, grid: AvoidanceGrid, margin_m: float) -> Bool
     width or so may be counted, and any that more than a hundred shapes come near.
     shapes: in the grid frame, reaching the margin beyond its range.
     """
-    return _coated(shapes, cell_nodes(grid), float(margin_m))
+    return _find_inflated(shapes, cell_nodes(grid), float(margin_m))
 
 
 @compiled
-def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
+def _blur_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
     shares = np.zeros(len(nodes.radius_m))
     near, parts = near_cells(shapes, nodes), parts_of(nodes)
     for group in range(len(nodes.group_radius_m)):
@@ -76,7 +76,7 @@ def _blurred_shares(shapes: Shapes, nodes: CellNodes, looks: int) -> Floats:
 
 
 @compiled
-def _coated(shapes: Shapes, nodes: CellNodes, margin: float) -> Bools:
+def _find_inflated(shapes: Shapes, nodes: CellNodes, margin: float) -> Bools:
     coated = np.zeros(len(nodes.radius_m), dtype=np.bool_)
     near, distance = near_cells(shapes, nodes), np.empty(np.max(np.diff(nodes.first)))
     for group in range(len(nodes.group_radius_m)):

@@ -91,7 +91,7 @@ class Columns:
         center = (*middle, self.ground_m - 0.5 * GROUND_M[2])
         return (*self.obstacles, Obstacle.cuboid(center, GROUND_M, name="ground"))
 
-    def moved(self, shift_m: npt.ArrayLike, yaw_rad: float) -> Columns:
+    def move(self, shift_m: npt.ArrayLike, yaw_rad: float) -> Columns:
         """Return the columns turned about the vertical axis of the origin, then shifted by [3]."""
         x, y, z = np.asarray(shift_m, dtype=np.float64)
         rows, cosine, sine = self.rows_m.copy(), np.cos(yaw_rad), np.sin(yaw_rad)
@@ -131,7 +131,7 @@ def find_nearest_columns(
         best, whose = z - ground, -1
         for n in range(len(rows)):
             dx, dy = x - rows[n, 0], y - rows[n, 1]
-            # Aside first: most columns are farther away than the best already.
+            # To the side first: most columns are farther away than the best already.
             reach = best + rows[n, 2]
             if best >= 0.0 and dx * dx + dy * dy >= reach * reach:
                 continue

@@ -70,7 +70,8 @@ def look_around(
     """Fill in what comes within a margin of a group's cells (5.51); how many shapes may.
 
     whole: cells count as covered where one shape, with the margin, holds them whole; else where one
-    comes surely within the margin of their centre. Once all of them are, no more shapes are told.
+    comes surely within the margin of their centre. Once all of them are, no more shapes are
+    reported.
     """
     cells = nodes.by_group[nodes.group_first[group] : nodes.group_first[group + 1]]
     size = len(cells)

@@ -24,8 +24,8 @@ from clearway.base.checks import (
 from clearway.base.compiled import compiled
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, world_from_body
-from clearway.base.state import frozen_array
-from clearway.obstacles.rounded_box import offset_volume, rounded_box_distance
+from clearway.base.state import freeze_array
+from clearway.obstacles.rounded_box import measure_rounded_box_distance, offset_volume
 
 ObstacleShape = Literal["ball", "line", "plane", "cuboid"]
 SHAPE_SIZES: dict[str, int] = {"ball": 0, "line": 1, "plane": 2, "cuboid": 3}
@@ -81,8 +81,8 @@ class Obstacle:
         problems = _problems(self)
         if problems:
             raise InputError(f"obstacle {self.name!r}" if self.name else "obstacle", problems)
-        object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
-        object.__setattr__(self, "orientation_rad", frozen_array(self.orientation_rad, (3,)))
+        object.__setattr__(self, "position_m", freeze_array(self.position_m, (3,)))
+        object.__setattr__(self, "orientation_rad", freeze_array(self.orientation_rad, (3,)))
         object.__setattr__(self, "size_m", tuple(float(size) for size in self.size_m))
         object.__setattr__(self, "radius_m", float(self.radius_m))
 
@@ -230,7 +230,7 @@ def _problems(obstacle: Obstacle) -> list[str]:
 @compiled
 def shape_distance(x: float, y: float, z: float, shapes: Shapes, n: int) -> float:
     """Signed distance in metres of a point to the surface of the n-th shape."""
-    return rounded_box_distance(
+    return measure_rounded_box_distance(
         x, y, z, shapes.center_m[n], shapes.rotation[n], shapes.half_m[n], shapes.radius_m[n]
     )
 

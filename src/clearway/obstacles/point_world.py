@@ -113,7 +113,7 @@ def _sort(
     first = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)
     low, high = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     for n in range(len(points)):
-        _reached(points[n], radius, corner, size, shape, low, high)
+        _fill_reached(points[n], radius, corner, size, shape, low, high)
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
                 for k in range(low[2], high[2] + 1):
@@ -122,7 +122,7 @@ def _sort(
     filled = first[:-1].copy()
     centers = np.empty((first[-1], 3))
     for n in range(len(points)):
-        _reached(points[n], radius, corner, size, shape, low, high)
+        _fill_reached(points[n], radius, corner, size, shape, low, high)
         for i in range(low[0], high[0] + 1):
             for j in range(low[1], high[1] + 1):
                 for k in range(low[2], high[2] + 1):
@@ -133,7 +133,7 @@ def _sort(
 
 
 @compiled
-def _reached(
+def _fill_reached(
     point: Floats,
     radius: float,
     corner: Floats,

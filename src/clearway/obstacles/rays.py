@@ -19,7 +19,7 @@ from clearway.obstacles.bundles import (
     TreePart,
     cone_around,
     look,
-    narrowed,
+    narrow_bundle,
     room_for,
 )
 from clearway.obstacles.obstacle import Shapes
@@ -66,12 +66,12 @@ def _cast_all(
         end = min(begin + MANY, len(directions))
         outer, held = whole, in_range
         if cone_around(directions, begin, end, cone):
-            outer, held = many, narrowed(whole, in_range, cone, tree, spheres, many)
+            outer, held = many, narrow_bundle(whole, in_range, cone, tree, spheres, many)
         for first in range(begin, end if held else begin, FEW):
             last = min(first + FEW, end)
             inner, count = outer, held
             if cone_around(directions, first, last, cone):
-                inner, count = few, narrowed(outer, held, cone, tree, spheres, few)
+                inner, count = few, narrow_bundle(outer, held, cone, tree, spheres, few)
             if count:
                 _meet(
                     origin,

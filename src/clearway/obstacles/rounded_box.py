@@ -63,7 +63,7 @@ def box_distance(x: float, y: float, z: float, hx: float, hy: float, hz: float) 
 
 
 @compiled
-def rounded_box_distance(
+def measure_rounded_box_distance(
     x: float,
     y: float,
     z: float,

@@ -1,4 +1,4 @@
-"""Map shapes by coordinate, so that many of them are held against a place at once."""
+"""Map shapes by coordinate, so that many of them are checked against a place at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import Turn
 
 AT_ONCE = 128
-"""Shapes that are held against a part at once; once all parts are full, no more are."""
+"""Shapes that are checked against a part at once; once all parts are full, no more are."""
 
 
 class SomeShapes(NamedTuple):

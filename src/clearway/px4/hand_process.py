@@ -15,7 +15,7 @@ from clearway.hand.handover import Packet
 from clearway.hand.process import watch_over
 from clearway.ros2.bus import Quality, TopicBus
 from clearway.ros2.hand_process import TopicSender, open_end
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 
 SETTLES_S: Final = 0.1
 """Topics have no order among each other: Hold follows the last set-point so late."""
@@ -80,7 +80,7 @@ class ModeSender(TopicSender):
         """Take what has come; false where that is not possible any more."""
         try:
             for came in self._bus.take():
-                message = unpacked(came.raw, self._kinds[came.topic])
+                message = unpack_cdr(came.raw, self._kinds[came.topic])
                 if came.topic != self._status_topic:
                     self._question = int(message.request_id)
                     continue
@@ -97,7 +97,7 @@ class ModeSender(TopicSender):
         question, self._question = self._question, None
         if question is None or self._answer is None or not self._leads:
             return
-        answer = unpacked(self._answer, self._answer_kind)
+        answer = unpack_cdr(self._answer, self._answer_kind)
         answer.request_id = question
         super().send(Packet(self._answer_on, pack_message(answer)), None, 0.0)
 

@@ -15,7 +15,7 @@ import numpy as np
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
 from clearway.px4.releases import Release, format_hash
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 
 AGAIN_S: Final = 0.5
 """After so long without an answer PX4 is asked again."""
@@ -125,7 +125,7 @@ class Px4Mode:
 
     def hold_message(self) -> Any:
         """VehicleCommand to go to Hold."""
-        return self._made("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD))
+        return self._make("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD))
 
     def complete(self) -> None:
         """Tell PX4 that the mode has done what it is for."""
@@ -141,7 +141,7 @@ class Px4Mode:
 
     def unregister_message(self, mode_id: int) -> Any:
         """UnregisterExtComponent of the mode that PX4 has by a number."""
-        return self._made(
+        return self._make(
             "UnregisterExtComponent", name=chars_of(self.name, 25), mode_id=mode_id,
             arming_check_id=self._arming_check_id, mode_executor_id=-1,
         )  # fmt: skip
@@ -156,11 +156,11 @@ class Px4Mode:
         )  # fmt: skip
 
     def _tell(self, message: str, **fields: Any) -> None:
-        self._send(message, self._made(message, **fields))
+        self._send(message, self._make(message, **fields))
 
-    def _made(self, message: str, **fields: Any) -> Any:
+    def _make(self, message: str, **fields: Any) -> Any:
         # A time of 0: PX4 sets its own.
-        return made(self.release.kind(message), **fields)
+        return make_message(self.release.kind(message), **fields)
 
     # --- in -------------------------------------------------------------------------------
 
@@ -221,7 +221,7 @@ class Px4Mode:
 
     def answer_message(self, request_id: int, *, can_run: bool) -> Any:
         """ArmingCheckReply to the request of a number."""
-        return self._made(
+        return self._make(
             "ArmingCheckReply", request_id=request_id, can_arm_and_run=can_run,
             registration_id=self._arming_check_id, **dict.fromkeys(NEEDED, True),
         )  # fmt: skip

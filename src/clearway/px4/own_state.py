@@ -20,9 +20,9 @@ NED, BODY_FRD = 1, 3
 """VehicleOdometry's POSE_FRAME_NED, VELOCITY_FRAME_NED and VELOCITY_FRAME_BODY_FRD."""
 FARTHEST_M, FASTEST_MPS = 1e6, 1e4
 SAMPLED_S: Final = 0.5
-"""A state was sampled at most so long before it was told."""
+"""A state was sampled at most so long before it was reported."""
 MOVED_M: Final = 0.1
-"""The origin of the local frame is told in float32: what moves it by less is rounding."""
+"""The origin of the local frame is reported in float32: what moves it by less is rounding."""
 VALID = {
     "xy_valid": "position", "z_valid": "height", "v_xy_valid": "velocity",
     "v_z_valid": "climb rate", "heading_good_for_control": "heading",
@@ -88,7 +88,7 @@ class Px4OwnState:
         world_from_body = ENU_FROM_NED @ ned_from_frd @ FRD_FROM_FLU
         attitude = attitude_from_rotation(world_from_body)
         return OwnMotion(
-            _sampled_s(message),
+            _find_sampling_s(message),
             enu_from_ned(place_ned) + self.world_from_local_m,
             enu_from_ned(velocity),
             float(attitude[2]),
@@ -109,12 +109,12 @@ class Px4OwnState:
         self.why_reset = f"PX4's estimator has jumped ({what})"
 
 
-def _sampled_s(message: Any) -> float:
+def _find_sampling_s(message: Any) -> float:
     told_s, sampled_s = 1e-6 * int(message.timestamp), 1e-6 * int(message.timestamp_sample)
     return sampled_s if 0.0 <= told_s - sampled_s <= SAMPLED_S else told_s
 
 
 def _deviation(variances: Any) -> float:
-    """Of the worst axis; 0 where it is not told."""
+    """Of the worst axis; 0 where it is not reported."""
     told = np.asarray(variances, dtype=np.float64)
     return float(np.sqrt(np.where((told >= 0.0) & (told < FARTHEST_M), told, 0.0).max()))

@@ -21,7 +21,7 @@ from clearway.px4.topics import Faces
 from clearway.ros2.bus import SENSOR, TopicBus
 from clearway.ros2.messages import ADDED
 from clearway.ros2.parameters import Names, NodeParameters, Px4Parameters, SetPointParameters
-from clearway.ros2.setup import NodeSetup, opened_link, session_terms
+from clearway.ros2.setup import NodeSetup, open_link_on, session_terms
 from clearway.sensors import Lidar
 
 OpenBus = Callable[[], TopicBus]
@@ -55,7 +55,7 @@ def set_up_px4(
     def link_on(bus: TopicBus) -> Px4Link:
         return Px4Link(bus, session, parameters, names, setup, faces)
 
-    link = opened_link(open_bus, link_on, parameters, notice)
+    link = open_link_on(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
@@ -81,7 +81,7 @@ def set_up_px4_guard(
     def link_on(bus: TopicBus) -> Px4GuardLink:
         return Px4GuardLink(bus, session, parameters, names, setup, faces)
 
-    link = opened_link(open_bus, link_on, parameters, notice)
+    link = open_link_on(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from clearway.px4.mode import FIRST_MODE, HOLD, OFFBOARD, SET_NAV_STATE, TRAJECTORY, text_of
 from clearway.px4.releases import Release, format_hash
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 
 QUESTION_S: Final = 0.3
 """Between two arming checks."""
@@ -39,7 +39,7 @@ class Px4Habits:
     takes_trajectories: bool = True
     """False as of a plane."""
     refuses_hold: bool = False
-    """It does not go to Hold when it is told to."""
+    """It does not go to Hold when it is commanded to."""
     odometry_ends_s: float = math.inf
     resets_s: float = math.inf
     """When its estimator moves its position by a metre."""
@@ -238,4 +238,4 @@ class Commander:
 
     def _tell(self, message: str, now_s: float, **fields: Any) -> None:
         kind = self.release.kind(message)
-        self.send(message, made(kind, timestamp=round(1e6 * now_s), **fields))
+        self.send(message, make_message(kind, timestamp=round(1e6 * now_s), **fields))

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.frames import FloatArray, enu_from_ned
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.simulated_targets import Target, VelocityTarget
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 from clearway.ros2.told import header
 
 
@@ -35,10 +35,12 @@ def cloud_message(points_m: FloatArray, time_s: float, frame: str) -> Any:
     """A PointCloud2 in its sensor's frame; a return that is missing is not a number."""
     told = np.vstack([points_m, np.full((1, 3), np.nan)]).astype("<f4")
     fields = [
-        made("sensor_msgs/msg/PointField", name=axis, offset=4 * number, datatype=7, count=1)
+        make_message(
+            "sensor_msgs/msg/PointField", name=axis, offset=4 * number, datatype=7, count=1
+        )
         for number, axis in enumerate("xyz")
     ]
-    return made(
+    return make_message(
         "sensor_msgs/msg/PointCloud2", header=header(time_s, frame), height=1,
         width=len(told), fields=fields, point_step=12, row_step=12 * len(told),
         data=np.frombuffer(told.tobytes(), dtype=np.uint8),

@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.base.frames import ned_from_enu
 from clearway.base.state import State
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.distances import BODY_FRD
 from clearway.mavlink.simulated_autopilot import SOMEWHERE, ground_of
@@ -29,8 +29,8 @@ from clearway.px4.releases import Release
 from clearway.px4.simulated_commander import TAKE_OFF, Commander, Px4Habits
 from clearway.px4.simulated_messages import cloud_message, target_of_trajectory
 from clearway.ros2.bus import SENSOR, STATIC_TF, Quality, TopicBus
-from clearway.ros2.messages import damages, made, pack_message, unpacked
-from clearway.ros2.told import header, make_stamp, point, turned
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
+from clearway.ros2.told import header, make_stamp, point, turn_into_message
 from clearway.sensors import Lidar, simulate_scan
 
 BEGAN_S: Final = 1_700_000_000.0
@@ -65,7 +65,7 @@ class SimulatedPx4:
         """Set-points that came while no external mode flew: PX4's own modes would fly them."""
         self.nearest_obstacle_m, self.fastest_mps = math.inf, 0.0
         self.answered_s = -math.inf
-        """Stamp of the state that the newest set-point answers, as far as can be told."""
+        """Stamp of the state that the newest set-point answers, as far as is known."""
         self._setup, self._origin = setup, np.array(file.mission.origin_geodetic or SOMEWHERE)
         start = setup.mission.start
         self._start = start.position_m
@@ -106,13 +106,13 @@ class SimulatedPx4:
         self.bus.advertise(self._cloud_topic, "sensor_msgs/msg/PointCloud2", SENSOR)
         self.bus.advertise("/tf_static", "tf2_msgs/msg/TFMessage", STATIC_TF)
         mounted = self._lidar.mounting
-        there = made(
+        there = make_message(
             "geometry_msgs/msg/TransformStamped", header=header(0.0, "base_link"),
             child_frame_id=CLOUD_FRAME,
         )  # fmt: skip
         there.transform.translation = point(mounted.position_m, "Vector3")
-        there.transform.rotation = turned(float(mounted.attitude_rad[2]))
-        self._publish("/tf_static", made("tf2_msgs/msg/TFMessage", transforms=[there]))
+        there.transform.rotation = turn_into_message(float(mounted.attitude_rad[2]))
+        self._publish("/tf_static", make_message("tf2_msgs/msg/TFMessage", transforms=[there]))
 
     # --- the flight -----------------------------------------------------------------------
 
@@ -186,7 +186,7 @@ class SimulatedPx4:
             if message is None:
                 continue
             try:
-                told = unpacked(came.raw, self.release.kind(message))
+                told = unpack_cdr(came.raw, self.release.kind(message))
             except damages():
                 self.heard["malformed"] += 1
                 continue
@@ -206,7 +206,9 @@ class SimulatedPx4:
 
     def _tell(self) -> None:
         self._tell_sensor()
-        self._publish("/clock", made("rosgraph_msgs/msg/Clock", clock=make_stamp(self.now_s)))
+        self._publish(
+            "/clock", make_message("rosgraph_msgs/msg/Clock", clock=make_stamp(self.now_s))
+        )
         local = self.truth.position_m + self._shift_m
         north, east, down = ned_from_enu(local).tolist()
         vx, vy, vz = ned_from_enu(self.truth.velocity_mps).tolist()
@@ -236,7 +238,7 @@ class SimulatedPx4:
             far = measure_sectors(self.truth, self._setup.world, self._range_m)
             reach = round(100.0 * self._range_m)
             told = np.where(np.isfinite(far), np.floor(100.0 * far), reach + 1)
-            self._publish(DISTANCES, made(
+            self._publish(DISTANCES, make_message(
                 "px4_msgs/msg/ObstacleDistance", timestamp=round(1e6 * self.now_s), frame=BODY_FRD,
                 distances=np.minimum(told, reach + 1).astype(np.uint16), increment=360.0 / SECTORS,
                 max_distance=reach,
@@ -249,7 +251,7 @@ class SimulatedPx4:
         self._publish(self._cloud_topic, cloud_message(scan.points_m, self.now_s, CLOUD_FRAME))
 
     def _send_out(self, message: str, **fields: Any) -> None:
-        self._send(message, made(self.release.kind(message), **fields))
+        self._send(message, make_message(self.release.kind(message), **fields))
 
     def _send(self, message: str, told: Any) -> None:
         self._publish(self.release.topic(message), told)
@@ -265,7 +267,7 @@ class SimulatedPx4:
             "failsafe": self.commander.is_in_failsafe,
             "completed": self.commander.completed,
             "from_goal_m": round(self.from_goal_m, 3),
-            "nearest_obstacle_m": rounded(self.nearest_obstacle_m, 3),
+            "nearest_obstacle_m": round_number(self.nearest_obstacle_m, 3),
             "fastest_mps": round(self.fastest_mps, 3),
             "strays": self.strays,
             "heard": dict(self.heard),

@@ -27,7 +27,7 @@ from clearway.px4.own_state import Px4OwnState
 from clearway.px4.releases import Release
 from clearway.ros2.bus import SENSOR, USUAL, Quality, TopicBus
 from clearway.ros2.kinds import Heard
-from clearway.ros2.messages import pack_message, unpacked
+from clearway.ros2.messages import pack_message, unpack_cdr
 from clearway.ros2.parameters import Names, NodeParameters
 from clearway.ros2.setup import NodeSetup
 from clearway.ros2.topic_link import TopicLink
@@ -40,7 +40,7 @@ TRUSTED = (
 BEGINS_S: Final = 0.3
 """After the mode becomes active it may take so long to the first set-point."""
 INSISTS_S: Final = 1.0
-"""For so long Hold is asked for before PX4 is told that the mode cannot be flown."""
+"""For so long Hold is asked for before PX4 learns that the mode cannot be flown."""
 STRANGE_S: Final = 1.0
 """Set-points of others are a reason to doubt for so long after the last one."""
 OTHERS = "another program sends set-points to PX4 as well: end it, or let it command `--guard`"
@@ -117,10 +117,13 @@ class Px4Topics(TopicLink[S]):
             heard.append(Heard(topic, kind, SENSOR, self._take_distances, True))
         return heard
 
-    def _told(self) -> list[tuple[str, str, Quality]]:
+    def _list_published(self) -> list[tuple[str, str, Quality]]:
         into = (name for name in self.release.messages if "/fmu/in/" in self.release.topic(name))
         told = [(self.topic(name), self.release.kind(name), USUAL) for name in into]
-        return [*super()._told(), *(one for one in told if one[0] != self._set_point_topic)]
+        return [
+            *super()._list_published(),
+            *(one for one in told if one[0] != self._set_point_topic),
+        ]
 
     def topic(self, message: str) -> str:
         """The topic of a message of PX4's."""
@@ -184,7 +187,7 @@ class Px4Topics(TopicLink[S]):
             self.session.hear_ground(float(offset[2]) - float(message.z))
 
     def _take_question(self, message: Any, wall_s: float, _topic: str) -> None:
-        # PX4 goes to Hold as it is told, before a "no" has it choose a failsafe of its own.
+        # PX4 goes to Hold as commanded, before a "no" has it choose a failsafe of its own.
         insists = self.is_active and wall_s <= self._given_up_s + INSISTS_S
         self.mode.hear_question(message, wall_s, can_run=not self._doubt or insists)
 
@@ -275,7 +278,7 @@ class Px4Topics(TopicLink[S]):
         if not self.leads:
             return
         kind = self.release.kind("TrajectorySetpoint")
-        told = unpacked(message, kind) if isinstance(message, bytes) else message
+        told = unpack_cdr(message, kind) if isinstance(message, bytes) else message
         raw = self.in_local_frame(told)
         self.own_set_points.note_sent(raw)
         super().publish(name, raw)

@@ -23,12 +23,12 @@ BETWEEN = 4
 Int32Array = npt.NDArray[np.int32]
 
 
-def drifted(reach_set: ReachSet, wind_mps: FloatArray) -> ReachSet:
+def drift_reach_set(reach_set: ReachSet, wind_mps: FloatArray) -> ReachSet:
     """The same movements in air that moves; wind_mps: [3] grid frame.
 
     Which trajectories are complete stays: against the wind they end nearer.
     """
-    samples, cell_start, cell_index, end_cell = _drifted(
+    samples, cell_start, cell_index, end_cell = _drift(
         reach_set.parent,
         reach_set.samples_m,
         reach_set.end_time_s,
@@ -48,7 +48,7 @@ def drifted(reach_set: ReachSet, wind_mps: FloatArray) -> ReachSet:
 
 
 @compiled
-def _drifted(
+def _drift(
     parent: Int32s,
     at_rest: Floats3,
     end_time_s: Floats,

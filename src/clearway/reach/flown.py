@@ -84,7 +84,7 @@ def is_flown(
     return abs(roll_rad) <= SAME_RAD or not motion_depends_on_roll(automaton)
 
 
-def flown_from(
+def fly_reach_set(
     reach_set: ReachSet,
     turns: AttitudeTurns,
     automaton: MovementAutomaton,
@@ -93,7 +93,7 @@ def flown_from(
 ) -> FlownReachSet:
     """The trajectories of a reach set from a true attitude, as the automaton predicts them."""
     legs = _legs(turns, automaton, roll_rad, pitch_rad)
-    samples, states, sagitta, keeps, stays = _flown(
+    samples, states, sagitta, keeps, stays = _fly(
         reach_set.parent,
         reach_set.movement,
         reach_set.sagitta_m,
@@ -181,7 +181,7 @@ def _sagitta(along: FloatArray, starts: FloatArray) -> FloatArray:
 
 
 @compiled
-def _flown(
+def _fly(
     parent: Int32s,
     movement: Int16s,
     least_sagitta: Floats,

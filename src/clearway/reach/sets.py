@@ -1,4 +1,4 @@
-"""Reach sets by name: one expansion, told apart by which trajectories are kept (section 4.5)."""
+"""Reach sets by name: one expansion, distinguished by which trajectories are kept (section 4.5)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from clearway.base.variants import Variants
 from clearway.reach.choose import covering, keep
 from clearway.reach.choose.equivalence import each_way_once
 from clearway.reach.choose.primitives import primitives
-from clearway.reach.choose.select import Select, expanded, merge_sets, tree_of
-from clearway.reach.choose.timed import timed_chains
+from clearway.reach.choose.select import Select, merge_sets, select_by_keeping, tree_of
+from clearway.reach.choose.timed import find_timed_chains
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice, build_lattice, movements_deep
 from clearway.reach.tree import ReachSet
@@ -64,7 +64,7 @@ def reach_set_at(
     rest = dict(tuning)
     deep = int(rest.pop("depth", movements_deep(lattice.automaton, grid)))
     if lattice.automaton.has_inertia:
-        chains = timed_chains(lattice)[lattice.start[start_pitch_rad]]
+        chains = find_timed_chains(lattice)[lattice.start[start_pitch_rad]]
         return tree_of(chains, lattice, grid, start_pitch_rad)
     buffers = _selection(method, rest)(lattice, grid, start_pitch_rad, deep)
     buffers = each_way_once(buffers, lattice, start_pitch_rad)
@@ -78,20 +78,20 @@ def reach_set_at(
 
 def _full(side_exits: float = 1.0) -> Select:
     """Every trajectory (section 4.5); for small grids."""
-    return expanded(keep.everything, side_exits)
+    return select_by_keeping(keep.everything, side_exits)
 
 
 def _chaotic(spread: float = 9.0, side_exits: float = 1.0) -> Select:
     """Far from the cells' centres, not smooth (4.30): `spread` nodes of a cell go on."""
-    return expanded(keep.best_of_cell(keep.chaotic, int(spread)), side_exits)
+    return select_by_keeping(keep.best_of_cell(keep.chaotic, int(spread)), side_exits)
 
 
 def _harmonic(harmonic: float = 1.0, side_exits: float = 1.0) -> Select:
     """Close to the cells' centres, and smooth (4.31): `harmonic` nodes of a cell go on."""
-    return expanded(keep.best_of_cell(keep.harmonic, int(harmonic)), side_exits)
+    return select_by_keeping(keep.best_of_cell(keep.harmonic, int(harmonic)), side_exits)
 
 
-def _combined(spread: float = 8.0, harmonic: float = 1.0, side_exits: float = 1.0) -> Select:
+def _combine(spread: float = 8.0, harmonic: float = 1.0, side_exits: float = 1.0) -> Select:
     """Chaotic and harmonic trajectories together."""
     parts = (_harmonic(harmonic, side_exits), _chaotic(spread, side_exits))
 
@@ -114,7 +114,7 @@ METHODS: Variants[Callable[..., Select]] = Variants(
         "full": _full,
         "chaotic": _chaotic,
         "harmonic": _harmonic,
-        "combined": _combined,
+        "combined": _combine,
         "primitives": _primitives,
         "dispersion": covering.select_dispersed,
         "cover": covering.select_cover,
@@ -127,7 +127,7 @@ METHODS: Variants[Callable[..., Select]] = Variants(
 
 def tuning_of(method: str) -> dict[str, float]:
     """What tunes a method, and the defaults; raises ClearwayError for an unknown one."""
-    known = inspect.signature(METHODS.named(method)).parameters
+    known = inspect.signature(METHODS.find(method)).parameters
     return {name: float(parameter.default) for name, parameter in known.items()}
 
 

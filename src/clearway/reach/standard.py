@@ -22,7 +22,7 @@ def standard_libraries() -> tuple[tuple[MovementAutomaton, AvoidanceGrid], ...]:
 
 
 def standard_automata() -> tuple[MovementAutomaton, ...]:
-    """Those whose ways out ship: the plane with its pitch limit, and the multirotor."""
+    """Those whose escapes ship: the plane with its pitch limit, and the multirotor."""
     return (MovementAutomaton.plane(), MovementAutomaton.inertialess())
 
 
@@ -37,11 +37,11 @@ def main() -> None:
         _, legs = legs_from_level(automaton)
         key = hash_escapes(automaton, legs)
         path = SHIPPED / name_of(key)
-        store(path, key, search_escapes(automaton, legs), _refused)
+        store(path, key, search_escapes(automaton, legs), _refuse)
         print(f"{path.name}: {path.stat().st_size} bytes", file=sys.stderr)
 
 
-def _refused(cause: OSError) -> None:
+def _refuse(cause: OSError) -> None:
     raise InputError(str(SHIPPED), str(cause))
 
 

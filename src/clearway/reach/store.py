@@ -79,9 +79,9 @@ class ReachLibrary:
         tuning = tuning or {}
         reach_sets: tuple[ReachSet, ...] = ()
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
-        for lattice in _rooted(every):
-            reach_sets += _built(lattice, grid, method, tuning, progress or _silent)
-        return cls(automaton, grid, method=method, reach_sets=_told_apart(reach_sets, automaton))
+        for lattice in _root(every):
+            reach_sets += _build(lattice, grid, method, tuning, progress or _silent)
+        return cls(automaton, grid, method=method, reach_sets=_tell_apart(reach_sets, automaton))
 
     @classmethod
     def load_or_build(
@@ -101,24 +101,24 @@ class ReachLibrary:
         version is rebuilt, and `notice` says so. A folder that cannot be written only means
         building again the next time.
         """
-        tuning, notice = tuning or {}, notice or _unheard
+        tuning, notice = tuning or {}, notice or _ignore_notice
         found: list[ReachSet] = []
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
-        for lattice in _rooted(every):
+        for lattice in _root(every):
             key = hash_library(lattice, grid, method, tuning)
             name = f"reach-{key.hex()[:32]}.bin"
             place = folder or cache_folder()
-            reach_sets = _loaded(SHIPPED / name, key, lattice, grid, notice)
+            reach_sets = _load(SHIPPED / name, key, lattice, grid, notice)
             if reach_sets is None and place is not None:
-                reach_sets = _loaded(place / name, key, lattice, grid, notice)
+                reach_sets = _load(place / name, key, lattice, grid, notice)
             if reach_sets is None:
-                reach_sets = _built(lattice, grid, method, tuning, progress or _silent)
+                reach_sets = _build(lattice, grid, method, tuning, progress or _silent)
                 if place is not None:
                     _store(place / name, key, reach_sets, notice)
             if automaton.has_inertia:  # One file has them all.
                 return cls(automaton, grid, method=method, reach_sets=reach_sets)
             found += reach_sets
-        told_apart = _told_apart(tuple(found), automaton)
+        told_apart = _tell_apart(tuple(found), automaton)
         return cls(automaton, grid, method=method, reach_sets=told_apart)
 
     def store(self, folder: Path) -> Path:
@@ -175,7 +175,7 @@ def hash_library(
     return digest.digest()
 
 
-def _built(
+def _build(
     lattice: Lattice,
     grid: AvoidanceGrid,
     method: str,
@@ -191,7 +191,7 @@ def _built(
     return tuple(reach_sets)
 
 
-def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
+def _root(lattice: Lattice) -> tuple[Lattice, ...]:
     """The same lattice, begun after each movement of an automaton that was measured."""
     classes = lattice.automaton.classes
     if classes is None or classes.has_speeds:
@@ -202,7 +202,7 @@ def _rooted(lattice: Lattice) -> tuple[Lattice, ...]:
     return tuple(replace(lattice, start=dict.fromkeys(lattice.start, n)) for n in at)
 
 
-def _told_apart(
+def _tell_apart(
     reach_sets: tuple[ReachSet, ...], automaton: MovementAutomaton
 ) -> tuple[ReachSet, ...]:
     """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
@@ -223,12 +223,12 @@ def _store(path: Path, key: bytes, reach_sets: Sequence[ReachSet], notice: Notic
         notice(f"reach sets cannot be stored in {path.parent}: {cause.strerror}")
 
 
-def _loaded(
+def _load(
     path: Path, key: bytes, lattice: Lattice, grid: AvoidanceGrid, notice: Notice
 ) -> Sequence[ReachSet] | None:
     """Reach sets of a file; None, with a notice where there is a file that does not fit."""
     try:
-        return _parsed(read_kept(path, KIND, key), lattice, grid)
+        return _parse(read_kept(path, KIND, key), lattice, grid)
     except OSError:
         return None
     except ClearwayError as cause:
@@ -236,7 +236,7 @@ def _loaded(
         return None
 
 
-def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> Sequence[ReachSet]:
+def _parse(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> Sequence[ReachSet]:
     """Of a vehicle with inertia, each set is traced when it is first asked for."""
     trees, at = [], 0
     pitches = sorted(lattice.start)
@@ -249,17 +249,17 @@ def _parsed(payload: bytes, lattice: Lattice, grid: AvoidanceGrid) -> Sequence[R
         at += 2 * nodes
         trees.append((parent, movement))
 
-    def traced(number: int) -> ReachSet:
+    def trace(number: int) -> ReachSet:
         return trace_reach_set(*trees[number], grid, lattice, pitches[number])
 
     if lattice.automaton.has_inertia:
-        return Lazily(len(trees), traced)
-    return tuple(traced(number) for number in range(len(trees)))
+        return Lazily(len(trees), trace)
+    return tuple(trace(number) for number in range(len(trees)))
 
 
 def _silent(_done: int, _total: int) -> None:
     """No progress is shown."""
 
 
-def _unheard(_sentence: str) -> None:
+def _ignore_notice(_sentence: str) -> None:
     """No notice is taken."""

@@ -66,15 +66,12 @@ def _velocity(message: Any, flags: int) -> FloatArray | None:
 
 
 def aircraft_in_frame(
-    message: Any, there: RigidTransform | None, age_s: float, counts: Counter[str]
+    message: Any, there: RigidTransform, age_s: float, counts: Counter[str]
 ) -> AircraftReport | None:
     """A clearway_msgs/Aircraft in the map frame; None, and counted, where it says nothing.
 
     there: of its frame in the map. age_s: since its stamp.
     """
-    if there is None:
-        counts["traffic: no transform to the map frame"] += 1
-        return None
     place = np.array([message.position.x, message.position.y, message.position.z], dtype=np.float64)
     radius = float(message.radius)
     if not (np.all(np.abs(place) < FARTHEST_M) and 0.0 <= radius <= WIDEST_M):

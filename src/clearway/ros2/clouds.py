@@ -22,7 +22,7 @@ class TimedPoints(NamedTuple):
     points_m: FloatArray
     """[n, 3] sensor frame, x ahead, y left, z up; no missing returns."""
     later_s: FloatArray | None
-    """[n] after the stamp; None where no times are told."""
+    """[n] after the stamp; None where no times are reported."""
 
 
 def read_cloud_points(message: Any, kind: str, axes: Axes = "auto") -> TimedPoints:

@@ -63,7 +63,7 @@ def _open_domain(domain: int) -> None:
         if not _OPENED:
             atexit.register(_stop_domains)
         told = os.environ.get("CYCLONEDDS_URI", "")
-        # Where it is there already, or what is told is wrong, the participant finds out.
+        # Where it is there already, or what is reported is wrong, the participant finds out.
         with suppress(DDSException, UnicodeError):
             _OPENED[domain] = Domain(domain, f"{LARGE_BUFFERS},{told}" if told else LARGE_BUFFERS)
 
@@ -109,14 +109,14 @@ class DdsBus:
         )
         from cyclonedds.sub import DataReader, Subscriber
 
-        def lost(_reader: Any, status: Any) -> None:
+        def note_lost(_reader: Any, status: Any) -> None:
             self.lost[topic] = int(status.total_count)
 
         reader = DataReader(
             Subscriber(self._participant),
             self._topic(topic, kind),
             qos=_policies(quality),
-            listener=Listener(on_sample_lost=lost),  # type: ignore[no-untyped-call]
+            listener=Listener(on_sample_lost=note_lost),  # type: ignore[no-untyped-call]
         )
         self._readers[topic], self._asked[topic] = (kind, reader), (kind, quality)
         if self._waitset is None:
@@ -165,7 +165,7 @@ class DdsBus:
         """How many others hear a topic that is published."""
         return len(self._writers[topic].get_matched_subscriptions())
 
-    def resolved(self, topic: str) -> str:
+    def resolve(self, topic: str) -> str:
         """A topic as it is named here."""
         return topic
 

@@ -37,12 +37,12 @@ class GuardLink(TopicLink[GuardSession]):
         kind = SET_POINT_KINDS[given.type]
         return [Heard(self.names(given.topic), kind, NEWEST, self._take_wish, True)]
 
-    def _take_wish(self, message: Any, wall_s: float, _topic: str) -> None:
+    def _take_wish(self, message: Any, wall_s: float, topic: str) -> None:
         session, given = self.session, self.parameters
         now = session.clock.now(wall_s)
 
         def place_of(pose: Any) -> FloatArray | None:
-            return self.place_of(pose, now)
+            return self.place_of(pose, now, topic)
 
         speed = given.guard.speed_mps or session.speed_mps
         maker = wish_maker(message, given, speed, place_of)
@@ -56,7 +56,7 @@ class GuardLink(TopicLink[GuardSession]):
         sends = partial(self._tell_set_point, outcome)
         outcome = self.handing.send(self.session, outcome, wall_s, sends)
         if guarded is not None:
-            self.publish("~/decision", told.string_of(told.guarded_row(outcome)))
+            self.publish("~/decision", told.string_of(told.make_guarded_row(outcome)))
             decision = guarded.decision
             if decision is not None:
                 time_s = outcome.time_s

@@ -104,7 +104,7 @@ def begin_ros2_hand(loop: Loop, way: TopicEncoding, *, wanted: bool, notice: Not
         "domain": getattr(bus, "domain", None),
         "namespace": getattr(bus, "namespace", None),
         "topics": [
-            (bus.resolved(topic), kind, astuple(quality)) for topic, kind, quality in way.topics()
+            (bus.resolve(topic), kind, astuple(quality)) for topic, kind, quality in way.topics()
         ],
         **way.more(),
     }

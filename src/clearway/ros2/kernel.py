@@ -24,7 +24,7 @@ def buffer_warnings(core_rmem: Path = CORE_RMEM) -> list[str]:
     ]
 
 
-def dropped_datagrams(counts: Path = COUNTS) -> int | None:
+def count_dropped_datagrams(counts: Path = COUNTS) -> int | None:
     """Datagrams that came when a buffer was full, of all programs; None where nobody counts."""
     try:
         rows = [line.split() for line in counts.read_text().splitlines() if line.startswith("Udp:")]

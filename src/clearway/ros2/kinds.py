@@ -24,7 +24,7 @@ SET_POINT_KINDS = {
 
 
 def base_of(one: SetPointParameters, given: NodeParameters) -> str | None:
-    """The frame of the body where a set-point is told in it, else None."""
+    """The frame of the body where a set-point is given in it, else None."""
     return given.base_frame if one.frame == "body" else None
 
 

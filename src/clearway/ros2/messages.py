@@ -98,7 +98,7 @@ def message_types() -> Any:
     return types
 
 
-def made(kind_name: str, /, **fields: Any) -> Any:
+def make_message(kind_name: str, /, **fields: Any) -> Any:
     """A message with some fields set; all others are zero, empty or false."""
     maker, kinds = _parts(kind_name)
     assert fields.keys() <= kinds.keys(), f"{kind_name} has no {fields.keys() - kinds.keys()}"
@@ -118,7 +118,7 @@ def _empty(kind: tuple[Any, Any]) -> Any:
     if node == 1:  # BASE
         return {"string": "", "bool": False}.get(inner[0], 0.0 if "float" in inner[0] else 0)
     if node == 2:  # NAME
-        return made(inner)
+        return make_message(inner)
     base, length = inner
     if int(base[0]) == 1 and base[1][0] not in ("string", "bool"):
         return np.zeros(length if node == 3 else 0, dtype=_dtype(base[1][0]))
@@ -134,7 +134,7 @@ def pack_message(message: Any) -> bytes:
     return bytes(message_types().serialize_cdr(message, message.__msgtype__))
 
 
-def unpacked(raw: bytes, name: str) -> Any:
+def unpack_cdr(raw: bytes, name: str) -> Any:
     """The message of CDR bytes; raises what `damages` names where they are none."""
     return message_types().deserialize_cdr(raw, name)
 

@@ -10,16 +10,12 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.live.link.own_motion import OwnMotion
-from clearway.ros2.transforms import HERE, RigidTransform, Transforms, transform_of
+from clearway.ros2.transforms import RigidTransform, Transforms, transform_of
 
 UNMEASURED = 1e6
 """Variances from here on mean that nobody measures it (m^2, rad^2)."""
 FASTEST_MPS = 1e4
-NO_POSE, NO_FRAME, NO_BODY = (
-    "own position: no pose",
-    "own position: no transform to the map frame",
-    "own position: no transform of the body",
-)
+NO_POSE = "own position: no pose"
 
 
 class OwnPlaceHeard:
@@ -41,18 +37,14 @@ class OwnPlaceHeard:
         if told is None:
             self._counts[NO_POSE] += 1
             return None
-        there = self._in_map(message.header.frame_id.lstrip("/"), time_s)
+        frame = message.header.frame_id.lstrip("/")
+        there = self._transforms.locate(frame, self._map, time_s, "own position")
         if there is None:
-            self._counts[NO_FRAME] += 1
             return None
-        child = getattr(message, "child_frame_id", "").lstrip("/")
-        body = HERE
-        if child and child != self._base:
-            found = self._transforms.of(self._base, child, time_s)
-            if found is None:
-                self._counts[NO_BODY] += 1
-                return None
-            body = found
+        child = getattr(message, "child_frame_id", "").lstrip("/") or self._base
+        body = self._transforms.locate(self._base, child, time_s, "own position")
+        if body is None:
+            return None
         place = body.then(told).then(there)
         attitude = attitude_from_rotation(place.rotation)
         velocity = self._velocity(message, told, there, place.position_m, time_s)
@@ -65,11 +57,6 @@ class OwnPlaceHeard:
         )  # fmt: skip
         self._last = motion
         return motion
-
-    def _in_map(self, frame: str, time_s: float) -> RigidTransform | None:
-        if frame == self._map or not frame:
-            return HERE
-        return self._transforms.of(frame, self._map, time_s)
 
     def _velocity(
         self,

@@ -22,7 +22,6 @@ OFF_M, OFF_RAD = 0.02, math.radians(0.5)
 """A sensor mounted farther from where the mission says is not the mission's."""
 WITHIN_S = 0.5
 
-NO_MOUNTING = "cloud: no transform from its frame to the body"
 MOUNTED_ELSEWHERE = "cloud: its sensor is mounted elsewhere than the mission says"
 MOUNTED_OPTICAL = (
     "cloud: attitude_deg of its sensor turns optical axes, which are turned already: it must say "
@@ -32,7 +31,7 @@ ANOTHER_FIELD = (
     "cloud: its points lie where no beam of its sensor looks: `frame` of the cloud states their "
     "axes, body or optical"
 )
-WRONG_FRAMES = (NO_MOUNTING, MOUNTED_ELSEWHERE, MOUNTED_OPTICAL, ANOTHER_FIELD)
+WRONG_FRAMES = (MOUNTED_ELSEWHERE, MOUNTED_OPTICAL, ANOTHER_FIELD)
 EMPTY = "cloud: empty, which says nothing"
 ENOUGH, FEWEST = 20, 0.01
 """Points that tell where a sensor looks, and the share of them that its beams must explain."""
@@ -40,7 +39,7 @@ FIELD_SLACK_RAD = math.radians(5.0)
 
 
 class PlacedClouds:
-    """Of the mission's sensors by name; feed it with own states."""
+    """Of the mission's sensors by name; feed it with own state estimates."""
 
     def __init__(
         self, transforms: Transforms, base_frame: str, lidars: Mapping[str, Lidar]
@@ -51,7 +50,7 @@ class PlacedClouds:
         """Sensors that have been seen to look where their beams do."""
 
     def move(self, state: State, heading_rad: float) -> None:
-        """The own state at a new time."""
+        """The own state estimate at a new time."""
         self._past.add(state, heading_rad)
 
     def flaw(self, name: str, frame: str, time_s: float, points_m: FloatArray) -> str | None:
@@ -61,7 +60,7 @@ class PlacedClouds:
         """
         there = self.transforms.of(frame, self._base, time_s)
         if there is None:
-            return NO_MOUNTING
+            return f"cloud: {self.transforms.describe_gap(frame, self._base, time_s)}"
         mounting = self._lidars[name].mounting
         ahead = there
         if is_optical(frame):
@@ -78,12 +77,12 @@ class PlacedClouds:
         def scan(_state: State, _heading: float) -> Scan:
             placed = points.points_m
             if deskew and points.later_s is not None and len(placed):
-                placed = self._deskewed(name, placed, points.later_s, time_s)
+                placed = self._deskew(name, placed, points.later_s, time_s)
             return Scan(placed, time_s, sensor=name)
 
         return scan
 
-    def _deskewed(
+    def _deskew(
         self, name: str, points_m: FloatArray, later_s: FloatArray, time_s: float
     ) -> FloatArray:
         """Points as they would have come all at the stamp."""

@@ -122,14 +122,14 @@ class RclpyBus:
                 kind,
                 quality,
             )
-            for one in self._node.get_publishers_info_by_topic(self.resolved(topic))
+            for one in self._node.get_publishers_info_by_topic(self.resolve(topic))
         ]
 
     def subscribers(self, topic: str) -> int:
         """How many others hear a topic that is published."""
         return int(self._writers[topic].get_subscription_count())
 
-    def resolved(self, topic: str) -> str:
+    def resolve(self, topic: str) -> str:
         """A topic by the name that ROS's own remappings give it."""
         return str(self._node.resolve_topic_name(topic))
 

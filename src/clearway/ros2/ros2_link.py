@@ -49,7 +49,7 @@ class Ros2Link(TopicLink[Session]):
         """Goals in place of the mission; refused as a whole where one is no place."""
         now, goals = self.session.clock.now(wall_s), []
         for one in poses[: MOST_GOALS + 1]:
-            place = self.place_of(one, now)
+            place = self.place_of(one, now, topic)
             if place is None:
                 self.counts[f"{topic}: no place in the map frame"] += 1
                 return
@@ -66,7 +66,7 @@ class Ros2Link(TopicLink[Session]):
 
     @property
     def decision_topic(self) -> str:
-        """Where decisions are told."""
+        """Where decisions are reported."""
         return self.names("~/decision")
 
     # --- out ------------------------------------------------------------------------------

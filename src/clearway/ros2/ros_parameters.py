@@ -79,7 +79,7 @@ class RosParameters:
         without: sections that are not declared. is_open: whether parameters may be set."""
         self._node, self._folder, self._is_open = node, folder, is_open
         parameter: Any = import_module("rclpy.parameter").Parameter
-        given = self._nested()
+        given = self._nest()
         self._leaves = {
             leaf.name: leaf._replace(default=defaults.get(leaf.name, leaf.default))
             for leaf in list_leaves(NodeParameters, given)
@@ -95,13 +95,13 @@ class RosParameters:
                 node.undeclare_parameter(leaf.name)
             kind_or_value = parameter.Type[leaf.kind] if value is None else value
             node.declare_parameter(leaf.name, kind_or_value, ignore_override=True)
-        node.add_on_set_parameters_callback(self._checked)
+        node.add_on_set_parameters_callback(self._check)
 
     def read(self) -> NodeParameters:
         """Return what is set; raises ValidationError."""
-        return parameters_of(self._nested(), self._folder)
+        return parameters_of(self._nest(), self._folder)
 
-    def _nested(self, changed: Mapping[str, object] = types.MappingProxyType({})) -> dict[str, Any]:
+    def _nest(self, changed: Mapping[str, object] = types.MappingProxyType({})) -> dict[str, Any]:
         """Values by sections."""
         own = self._node.get_parameters_by_prefix("")
         found: dict[str, Any] = {}
@@ -110,14 +110,14 @@ class RosParameters:
                 merge(found, {name: value})
         return found
 
-    def _checked(self, parameters: list[Any]) -> Any:
+    def _check(self, parameters: list[Any]) -> Any:
         """Whether parameters may be set so."""
         result: Any = import_module("rcl_interfaces.msg").SetParametersResult
         ours = [one for one in parameters if one.name in self._leaves]
         if ours and not self._is_open():
             return result(successful=False, reason=f"{ours[0].name} {READ_AT_CONFIGURE}")
-        before = self._problems(self._nested())
-        after = self._problems(self._nested({one.name: one.value for one in ours}))
+        before = self._problems(self._nest())
+        after = self._problems(self._nest({one.name: one.value for one in ours}))
         fresh = [problem for problem in after if problem not in before]
         return result(successful=not fresh, reason="; ".join(fresh))
 

@@ -31,7 +31,7 @@ from clearway.sensors import Lidar
 L = TypeVar("L", bound=Link)
 LidarsOf = Callable[[MissionFile, FlightSetup], dict[str, Lidar]]
 CMD_VEL = {"velocity": SetPointParameters(topic="cmd_vel", type="Twist")}
-"""What a guardian publishes where nothing else is said."""
+"""What a guardian publishes where nothing else is stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +85,7 @@ def set_up_ros2(
     def link_on(bus: TopicBus) -> Ros2Link:
         return Ros2Link(bus, session, parameters, names, setup.lidars, setup.origin)
 
-    link = opened_link(open_bus, link_on, parameters, notice)
+    link = open_link_on(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
@@ -108,11 +108,11 @@ def set_up_ros2_guard(
     def link_on(bus: TopicBus) -> GuardLink:
         return GuardLink(bus, session, parameters, names, setup.lidars, setup.origin)
 
-    link = opened_link(open_bus, link_on, parameters, notice)
+    link = open_link_on(open_bus, link_on, parameters, notice)
     return Loop(link, session, 1.0 / parameters.rate, at_once=True), link
 
 
-def opened_link(
+def open_link_on(
     open_bus: Callable[[], TopicBus],
     link_on: Callable[[TopicBus], L],
     parameters: NodeParameters,

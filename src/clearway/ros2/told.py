@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from clearway.base.frames import FloatArray, ned_from_enu, world_from_body
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.set_point import SetPoint
 from clearway.live.outputs.flight_decision import FlightDecision
-from clearway.ros2.messages import made
+from clearway.ros2.messages import make_message
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)
 FOLLOW_WHOLLY, FOLLOW, HOLD, VELOCITY = 0x000, 0x9C0, 0x9F8, 0x5C7
@@ -30,20 +30,20 @@ AHEAD_S = 1.0
 def make_stamp(time_s: float) -> Any:
     seconds = math.floor(time_s)
     nanoseconds = min(999_999_999, round((time_s - seconds) * 1e9))
-    return made("builtin_interfaces/msg/Time", sec=int(seconds), nanosec=nanoseconds)
+    return make_message("builtin_interfaces/msg/Time", sec=int(seconds), nanosec=nanoseconds)
 
 
 def header(time_s: float, frame: str) -> Any:
-    return made("std_msgs/msg/Header", stamp=make_stamp(time_s), frame_id=frame)
+    return make_message("std_msgs/msg/Header", stamp=make_stamp(time_s), frame_id=frame)
 
 
 def point(place: FloatArray, kind: str = "Point") -> Any:
     x, y, z = place.tolist()
-    return made(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
+    return make_message(f"geometry_msgs/msg/{kind}", x=x, y=y, z=z)
 
 
-def turned(yaw_rad: float) -> Any:
-    return made(
+def turn_into_message(yaw_rad: float) -> Any:
+    return make_message(
         "geometry_msgs/msg/Quaternion",
         x=0.0, y=0.0, z=math.sin(0.5 * yaw_rad), w=math.cos(0.5 * yaw_rad),
     )  # fmt: skip
@@ -56,7 +56,7 @@ def make_set_point_message(kind: str, told: SetPoint, time_s: float, frame: str)
     velocity = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
     if kind == "TrajectorySetpoint":
         moving = told.velocity_mps is not None
-        return made(
+        return make_message(
             "px4_msgs/msg/TrajectorySetpoint",
             timestamp=max(0, int(time_s * 1e6)),
             position=ned_from_enu(told.position_m).astype(np.float32),
@@ -68,7 +68,7 @@ def make_set_point_message(kind: str, told: SetPoint, time_s: float, frame: str)
         )
     if kind == "PositionTarget":
         mask = HOLD if told.velocity_mps is None else FOLLOW
-        return made(
+        return make_message(
             "mavros_msgs/msg/PositionTarget",
             header=header(time_s, frame),
             coordinate_frame=LOCAL_NED,
@@ -91,14 +91,14 @@ def twist_message(
     frame: str,
     yaw_rad: float | None,
 ) -> Any:
-    """A Twist or TwistStamped of a velocity [3] of the world; yaw_rad: of the body that it is told
-    in, None for the world."""
+    """A Twist or TwistStamped of a velocity [3] of the world; yaw_rad: of the body that it is
+    reported in, None for the world."""
     told = velocity_mps if yaw_rad is None else velocity_mps @ world_from_body([0.0, 0.0, yaw_rad])
     turning = point(np.array([0.0, 0.0, yaw_rate_rps]), "Vector3")
-    one = made("geometry_msgs/msg/Twist", linear=point(told, "Vector3"), angular=turning)
+    one = make_message("geometry_msgs/msg/Twist", linear=point(told, "Vector3"), angular=turning)
     if kind == "Twist":
         return one
-    return made("geometry_msgs/msg/TwistStamped", header=header(time_s, frame), twist=one)
+    return make_message("geometry_msgs/msg/TwistStamped", header=header(time_s, frame), twist=one)
 
 
 def make_velocity_message(
@@ -107,7 +107,7 @@ def make_velocity_message(
     """A velocity [3] of the world without a place, for an autopilot: TrajectorySetpoint or
     PositionTarget."""
     if kind == "TrajectorySetpoint":
-        return made(
+        return make_message(
             "px4_msgs/msg/TrajectorySetpoint",
             timestamp=max(0, int(time_s * 1e6)),
             position=NAN3,
@@ -117,7 +117,7 @@ def make_velocity_message(
             yaw=math.nan,
             yawspeed=-yaw_rate_rps,
         )
-    return made(
+    return make_message(
         "mavros_msgs/msg/PositionTarget",
         header=header(time_s, frame),
         coordinate_frame=LOCAL_NED,
@@ -134,9 +134,11 @@ def path_message(places_m: FloatArray, time_s: float, frame: str) -> Any:
     for place, (along, aside, _) in zip(places_m, ways.tolist(), strict=True):
         if math.hypot(along, aside) > 1e-9:
             yaw = math.atan2(aside, along)
-        pose = made("geometry_msgs/msg/Pose", position=point(place), orientation=turned(yaw))
-        poses.append(made("geometry_msgs/msg/PoseStamped", header=stamped, pose=pose))
-    return made("nav_msgs/msg/Path", header=stamped, poses=poses)
+        pose = make_message(
+            "geometry_msgs/msg/Pose", position=point(place), orientation=turn_into_message(yaw)
+        )
+        poses.append(make_message("geometry_msgs/msg/PoseStamped", header=stamped, pose=pose))
+    return make_message("nav_msgs/msg/Path", header=stamped, poses=poses)
 
 
 def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]:
@@ -153,12 +155,12 @@ def decision_row(flight: FlightDecision, outcome: TickOutcome) -> dict[str, Any]
         "margin_m": round(flight.decision.margin_m, 3),
         "basis": str(flight.decision.choice.basis),
         "explanation": flight.explanation,
-        "scan_age_s": rounded(flight.scan_age_s),
+        "scan_age_s": round_number(flight.scan_age_s),
         "elapsed_ms": round(1e3 * outcome.elapsed_s, 3),
     }
 
 
-def guarded_row(outcome: TickOutcome) -> dict[str, Any]:
+def make_guarded_row(outcome: TickOutcome) -> dict[str, Any]:
     """What a guardian said, as JSON."""
     guarded = outcome.guarded
     assert guarded is not None
@@ -167,7 +169,9 @@ def guarded_row(outcome: TickOutcome) -> dict[str, Any]:
         "link": str(outcome.state),
         "passed": guarded.passed,
         "what": guarded.what,
-        "changed_mps": None if guarded.changed_mps is None else rounded(guarded.changed_mps, 3),
+        "changed_mps": None
+        if guarded.changed_mps is None
+        else round_number(guarded.changed_mps, 3),
         "why": guarded.why,
         "velocity_mps": [round(v, 3) for v in guarded.velocity_mps.tolist()],
         "yaw_rate_rps": round(guarded.yaw_rate_rps, 4),
@@ -178,25 +182,27 @@ def guarded_row(outcome: TickOutcome) -> dict[str, Any]:
 
 
 def string_of(row: Mapping[str, Any]) -> Any:
-    return made("std_msgs/msg/String", data=json.dumps(row))
+    return make_message("std_msgs/msg/String", data=json.dumps(row))
 
 
 def diagnostics(
     name: str, level: int, words: str, values: Mapping[str, object], time_s: float
 ) -> Any:
     pairs = [
-        made("diagnostic_msgs/msg/KeyValue", key=key, value=str(value))
+        make_message("diagnostic_msgs/msg/KeyValue", key=key, value=str(value))
         for key, value in values.items()
     ]
-    status = made(
+    status = make_message(
         "diagnostic_msgs/msg/DiagnosticStatus",
         level=level, name=name, message=words, hardware_id="clearway", values=pairs,
     )  # fmt: skip
-    return made("diagnostic_msgs/msg/DiagnosticArray", header=header(time_s, ""), status=[status])
+    return make_message(
+        "diagnostic_msgs/msg/DiagnosticArray", header=header(time_s, ""), status=[status]
+    )
 
 
 def markers(flight: FlightDecision, time_s: float, frame: str) -> Any:
-    """For RViz and Foxglove: plan and way out as lines, the reason as text."""
+    """For RViz and Foxglove: plan and escape as lines, the reason as text."""
     decision = flight.decision
     way = decision.way_out_path_m
     lines = [
@@ -207,7 +213,7 @@ def markers(flight: FlightDecision, time_s: float, frame: str) -> Any:
     text.pose.position = point(flight.state.position_m + np.array([0.0, 0.0, 1.0]))
     text.scale.z, text.text = 0.5, str(flight.mode)
     text.color.r = text.color.g = text.color.b = text.color.a = 1.0
-    return made("visualization_msgs/msg/MarkerArray", markers=[*lines, text])
+    return make_message("visualization_msgs/msg/MarkerArray", markers=[*lines, text])
 
 
 def _line(
@@ -224,6 +230,8 @@ def _line(
 
 
 def _marker(name: str, kind: int, time_s: float, frame: str) -> Any:
-    one = made("visualization_msgs/msg/Marker", header=header(time_s, frame), ns=name, type=kind)
-    one.pose.orientation = turned(0.0)
+    one = make_message(
+        "visualization_msgs/msg/Marker", header=header(time_s, frame), ns=name, type=kind
+    )
+    one.pose.orientation = turn_into_message(0.0)
     return one

@@ -26,7 +26,7 @@ from clearway.ros2.bus import (
 from clearway.ros2.clouds import read_cloud_points
 from clearway.ros2.heard import HeardTopic
 from clearway.ros2.kinds import TRAFFIC_KINDS, Heard
-from clearway.ros2.messages import damages, made, pack_message, unpacked
+from clearway.ros2.messages import damages, make_message, pack_message, unpack_cdr
 from clearway.ros2.own_place import OwnPlaceHeard
 from clearway.ros2.parameters import (
     CloudParameters,
@@ -35,7 +35,7 @@ from clearway.ros2.parameters import (
 )
 from clearway.ros2.placed_clouds import EMPTY, PlacedClouds
 from clearway.ros2.topic_teller import S, TopicTeller
-from clearway.ros2.transforms import HERE, Transforms, transform_of
+from clearway.ros2.transforms import Transforms, transform_of
 from clearway.sensors import Lidar
 
 FLYING = VehicleStatus(armed=True, follows=True, airborne=True)
@@ -71,10 +71,12 @@ class TopicLink(TopicTeller[S]):
             self.topics[heard.topic] = HeardTopic(wire_kind(heard.kind), heard.needed)
             self._subscribe(heard)
         self._advertise()
-        kinds = {one.kind for one in self._by_topic.values()} | {one[1] for one in self._told()}
+        kinds = {one.kind for one in self._by_topic.values()} | {
+            one[1] for one in self._list_published()
+        }
         for kind in kinds:
-            unpacked(
-                pack_message(made(kind)), kind
+            unpack_cdr(
+                pack_message(make_message(kind)), kind
             )  # The first of a kind takes 10 ms, here and not then.
         if parameters.ground_m is not None:
             session.hear_ground(parameters.ground_m)
@@ -141,7 +143,7 @@ class TopicLink(TopicTeller[S]):
             return
         topic.take(wall_s if one.recorded_s is None else one.recorded_s)
         try:
-            message = unpacked(one.raw, heard.kind)
+            message = unpack_cdr(one.raw, heard.kind)
             heard.take(message, wall_s, one.topic)
         except ClearwayError:  # Some are ValueErrors too.
             topic.refused += 1
@@ -222,8 +224,11 @@ class TopicLink(TopicTeller[S]):
         time_s = self._stamp(message, wall_s, topic)
         if time_s is None or self.session.motion is None:
             return
-        within, frame = self.parameters.map_frame, message.header.frame_id.lstrip("/")
-        there = HERE if frame in ("", within) else self.transforms.of(frame, within, time_s)
+        frame = message.header.frame_id.lstrip("/")
+        there = self.transforms.locate(frame, self.parameters.map_frame, time_s, "traffic")
+        if there is None:
+            self.topics[topic].refused += 1
+            return
         age_s = max(0.0, self.session.clock.now(wall_s) - time_s)
         report = aircraft_in_frame(message, there, age_s, self.counts)
         self._tell_aircraft(report, wall_s, topic)
@@ -234,10 +239,9 @@ class TopicLink(TopicTeller[S]):
         else:
             self.session.hear_aircraft(report, wall_s)
 
-    def place_of(self, pose: Any, now_s: float) -> FloatArray | None:
-        """[3] of a PoseStamped in the map frame; None where nothing ties its frame to it."""
-        within = self.parameters.map_frame
-        frame = pose.header.frame_id.lstrip("/") or within
-        found = transform_of(pose.pose.position, told.turned(0.0))
-        there = HERE if frame == within else self.transforms.of(frame, within, now_s)
+    def place_of(self, pose: Any, now_s: float, topic: str) -> FloatArray | None:
+        """[3] of a topic's PoseStamped in the map frame; None where nothing ties its frame."""
+        frame = pose.header.frame_id.lstrip("/")
+        found = transform_of(pose.pose.position, told.turn_into_message(0.0))
+        there = self.transforms.locate(frame, self.parameters.map_frame, now_s, topic)
         return None if found is None or there is None else found.then(there).position_m

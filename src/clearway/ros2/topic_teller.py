@@ -14,11 +14,12 @@ from clearway.live.link.set_point import SetPoint
 from clearway.ros2 import told
 from clearway.ros2.bus import USUAL, MissingMessageError, Quality, TopicBus
 from clearway.ros2.heard import HeardTopic
-from clearway.ros2.kernel import dropped_datagrams
+from clearway.ros2.kernel import count_dropped_datagrams
 from clearway.ros2.kinds import SET_POINT_KINDS, base_of
 from clearway.ros2.messages import pack_message
 from clearway.ros2.parameters import Names, NodeParameters, SetPointParameters
 from clearway.ros2.placed_clouds import WRONG_FRAMES
+from clearway.ros2.transforms import NO_TRANSFORM
 
 S = TypeVar("S", bound=Hearing)
 DIAGNOSED_S = 1.0
@@ -39,10 +40,10 @@ class TopicTeller(Generic[S]):
         self._said, self._untold = set[str](), set[str]()
         self._unheard: list[str] = []
         self._diagnosed_s = -math.inf
-        self._dropped_before = dropped_datagrams() or 0
+        self._dropped_before = count_dropped_datagrams() or 0
 
     def _advertise(self) -> None:
-        for name, kind, quality in self._told():
+        for name, kind, quality in self._list_published():
             topic = self.names(name)
             try:
                 self.bus.advertise(topic, kind, quality)
@@ -52,7 +53,7 @@ class TopicTeller(Generic[S]):
                 self._untold.add(topic)
                 self.counts[f"{topic}: not published, {missing}"] += 1
 
-    def _told(self) -> list[tuple[str, str, Quality]]:
+    def _list_published(self) -> list[tuple[str, str, Quality]]:
         """Topics, kinds and qualities of what is published."""
         given = self.parameters
         told = [*self.told_always, DIAGNOSTICS]
@@ -121,7 +122,7 @@ class TopicTeller(Generic[S]):
     @property
     def dropped(self) -> int:
         """Datagrams that the kernel dropped for full buffers since we began, of all programs."""
-        return (dropped_datagrams() or 0) - self._dropped_before
+        return (count_dropped_datagrams() or 0) - self._dropped_before
 
     def missing(self) -> list[str]:
         """What is needed and does not come, or cannot be used."""
@@ -130,10 +131,12 @@ class TopicTeller(Generic[S]):
             for topic, heard in self.topics.items()
             if heard.needed and heard.messages == heard.refused
         ]
+        # What else lacked a transform may have got it since.
+        wrong = (*WRONG_FRAMES, f"cloud: {NO_TRANSFORM}")
         return [*found, *self._unheard] + [
             f"{number} x {reason}"
             for reason, number in self.counts.items()
-            if reason in WRONG_FRAMES
+            if reason.startswith(wrong) or (found and f": {NO_TRANSFORM}" in reason)
         ]
 
     def wait(self, seconds: float) -> None:

@@ -16,6 +16,9 @@ KEPT_S = 10.0
 MOST_FRAMES, MOST_KEPT = 500, 2000
 LATE_S = 0.5
 """How far from the time asked for a moving transform may be."""
+NO_TRANSFORM = "no transform"
+MOST_GAPS, LONGEST_NAME = 16, 60
+"""Gaps that are told by name, and the characters of a name."""
 
 
 class RigidTransform(NamedTuple):
@@ -61,6 +64,7 @@ class Transforms:
         self._parent: dict[str, str] = {}
         self._static: dict[str, RigidTransform] = {}
         self._moving: dict[str, list[tuple[float, RigidTransform]]] = {}
+        self._gaps: set[str] = set()
 
     @property
     def frames(self) -> set[str]:
@@ -100,6 +104,39 @@ class Transforms:
                 return found.then(down[name].inverse)
         return None
 
+    def locate(self, frame: str, within: str, time_s: float, what: str) -> RigidTransform | None:
+        """Where a frame lies in another; None, and counted for what asks, where nothing tells.
+
+        A frame without a name is the one asked for.
+        """
+        found = HERE if frame in ("", within) else self.of(frame, within, time_s)
+        if found is None:
+            self._counts[f"{what}: {self.describe_gap(frame, within, time_s)}"] += 1
+        return found
+
+    def describe_gap(self, frame: str, within: str, time_s: float) -> str:
+        """Why a frame's place in another is unknown at a time, with the frames' names."""
+        frame, within = frame.lstrip("/"), within.lstrip("/")
+        ends = f"from {_quote(frame)} to {_quote(within)}"
+        gap = f"{NO_TRANSFORM} {ends}: {self._gap(frame, within, time_s)}"
+        if gap not in self._gaps and len(self._gaps) >= MOST_GAPS:
+            return f"{NO_TRANSFORM}, between other frames than those named"
+        self._gaps.add(gap)
+        return gap
+
+    def _gap(self, frame: str, within: str, time_s: float) -> str:
+        ends = []
+        for name in (frame, within):
+            if name not in self.frames:
+                return f"{_quote(name)} comes on neither /tf nor /tf_static"
+            ends.append(list(self._to_root(name, time_s))[-1])
+        for name in ends:
+            if name in self._parent:
+                parent = _quote(self._parent[name])
+                return f"{_quote(name)} in {parent} comes, but not within {LATE_S} s of the stamp"
+        first, second = map(_quote, ends)
+        return f"one is in {first} at last, the other in {second}, and nothing joins them"
+
     def _to_root(self, frame: str, time_s: float) -> dict[str, RigidTransform]:
         """A frame in itself, in its parent, and so on, as far as transforms lead."""
         at, found = frame.lstrip("/"), HERE
@@ -126,6 +163,10 @@ class Transforms:
         span = last[0] - first[0]
         share = 0.0 if span <= 0.0 else min(1.0, max(0.0, (time_s - first[0]) / span))
         return _between(first[1], last[1], share)
+
+
+def _quote(name: str) -> str:
+    return repr(name[:LONGEST_NAME])
 
 
 def _between(first: RigidTransform, last: RigidTransform, share: float) -> RigidTransform:

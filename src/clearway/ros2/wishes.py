@@ -63,7 +63,7 @@ def _velocity(velocity_mps: FloatArray, yaw_rate_rps: float, *, in_body: bool) -
     return wish
 
 
-def _fixed(wish: Wish) -> WishMaker:
+def _fix(wish: Wish) -> WishMaker:
     return lambda _motion: wish
 
 
@@ -74,7 +74,7 @@ def _path(message: Any, speed_mps: float, place_of: PlaceOf) -> WishMaker:
     known = [place for place in places if place is not None]
     if len(known) < len(places):
         raise InputError("wish", "a place that nothing ties to the map frame")
-    return _fixed(PathWish(np.array(known), speed_mps))
+    return _fix(PathWish(np.array(known), speed_mps))
 
 
 def _position_target(message: Any, speed_mps: float) -> WishMaker:
@@ -83,7 +83,7 @@ def _position_target(message: Any, speed_mps: float) -> WishMaker:
     if not mask & NO_VELOCITY and frame in (LOCAL_NED, BODY_NED, BODY_OFFSET_NED):
         return _velocity(_three(message.velocity), rate, in_body=frame != LOCAL_NED)
     if not mask & NO_PLACE and frame == LOCAL_NED:
-        return _fixed(PathWish(_three(message.position)[None], speed_mps))
+        return _fix(PathWish(_three(message.position)[None], speed_mps))
     raise InputError("wish", f"type mask {mask:#x} in frame {frame} is neither velocity nor place")
 
 
@@ -93,4 +93,4 @@ def _trajectory_set_point(message: Any, speed_mps: float) -> WishMaker:
     if np.all(np.isfinite(velocity)):
         return _velocity(enu_from_ned(velocity), rate, in_body=False)
     place = enu_from_ned(np.asarray(message.position, dtype=np.float64))
-    return _fixed(PathWish(place[None], speed_mps))
+    return _fix(PathWish(place[None], speed_mps))

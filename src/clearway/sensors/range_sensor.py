@@ -33,8 +33,8 @@ from clearway.sensors.memory.point_memory import (
 )
 from clearway.sensors.memory.remembered import Pitch
 from clearway.sensors.memory.swept_boxes import boxes_of_returns
-from clearway.sensors.memory.uncertain import radii_unsure, turned_by
-from clearway.sensors.passing.passed_points import passed_through, returns_in_world, sensor_at
+from clearway.sensors.memory.uncertain import radii_unsure, turn_by_doubt
+from clearway.sensors.passing.passed_points import find_passed_through, returns_in_world, sensor_at
 from clearway.sensors.standing import Standing
 
 Pose = tuple[FloatArray, FloatArray]
@@ -149,7 +149,7 @@ class LidarSensor:
         tolerance_m: float,
     ) -> BoolArray:
         raster = beam_raster(self.lidar.pattern)
-        return passed_through(
+        return find_passed_through(
             read_only(position_m),
             read_only(radius_m),
             nearest_returns(scan.points_m, raster),
@@ -173,7 +173,7 @@ def range_sensors(sensors: Sequence[AnySensor]) -> dict[str, RangeSensor]:
     }
 
 
-def returned_by(
+def find_returns(
     sensor: RangeSensor, scan: Scan, state: State, reach_m: float, ground_m: float
 ) -> tuple[FloatArray, FloatArray]:
     """What `RangeSensor.returns` answers, of one kind for compiled loops, whatever it is made of.
@@ -185,7 +185,7 @@ def returned_by(
     return read_only(places), read_only(_answer(sensor, "radii", radii, len(places), np.float64))
 
 
-def passed_by(
+def find_passed(
     sensor: RangeSensor,
     scan: Scan,
     state: State,
@@ -238,11 +238,11 @@ def remember_reading(
         )
     noise = tolerance_m + 3.0 * sensor.sigma_m
     tolerance = noise + 0.5 * memory.voxel_m
-    points, radii = returned_by(sensor, scan, state, memory.reach_m, ground_m)
+    points, radii = find_returns(sensor, scan, state, memory.reach_m, ground_m)
     passed = np.all(
         [
-            passed_by(sensor, scan, turned, memory.position_m, memory.radius_m, tolerance)
-            for turned in turned_by(state, angle_rad)
+            find_passed(sensor, scan, turned, memory.position_m, memory.radius_m, tolerance)
+            for turned in turn_by_doubt(state, angle_rad)
         ],
         axis=0,
     )

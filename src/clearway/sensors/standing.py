@@ -18,7 +18,7 @@ class Standing:
     """Precision and trust of one sensor, each in (0, 1]; raises ClearwayError otherwise."""
 
     precision: float = 1.0
-    """Share of its hits that lie in the cell that they are told for."""
+    """Share of its hits that lie in the cell that they are reported for."""
     trust: float = 1.0
     """How far its word counts at the start; contradiction by others lowers it in flight."""
 
@@ -51,7 +51,7 @@ def conjunction(
     return 1.0 - np.prod(1.0 - probability, axis=0), visibility.max(axis=0)
 
 
-def weighted(
+def weight_by_views(
     probability: FloatArray, visibility: FloatArray, looks: BoolArray, weight: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(5.38) with every factor to the power of its weight; views in proportion to weight.
@@ -66,11 +66,11 @@ def weighted(
 
 
 COMBINE_RULES: Variants[CombineRule] = Variants(
-    "sensor fusion rule", {"conjunction": conjunction, "weighted": weighted}
+    "sensor fusion rule", {"conjunction": conjunction, "weighted": weight_by_views}
 )
 """How the evidence of several sensors becomes one; settings take the name."""
 
 
 def combine_rule_named(name: str) -> CombineRule:
     """The rule of that name; raises ClearwayError listing the valid ones."""
-    return COMBINE_RULES.named(name)
+    return COMBINE_RULES.find(name)

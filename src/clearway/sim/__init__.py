@@ -1,7 +1,7 @@
 """Closed loop: truth in small steps, sensors that see it, a pilot that decides, and the outcome."""
 
 from clearway.sim.closed_loop import simulate
-from clearway.sim.run import LoggedDecision, OnDecision, Run, decided_by_clearway
+from clearway.sim.run import LoggedDecision, OnDecision, Run, is_clearway_run
 from clearway.sim.settings import SimulationSettings
 
 __all__ = [
@@ -9,6 +9,6 @@ __all__ = [
     "OnDecision",
     "Run",
     "SimulationSettings",
-    "decided_by_clearway",
+    "is_clearway_run",
     "simulate",
 ]

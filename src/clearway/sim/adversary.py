@@ -22,7 +22,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
 from clearway.sensors import Lidar, Scan
-from clearway.sensors.beams.simulate import Scanner, scanned, sensor_pose
+from clearway.sensors.beams.simulate import Scanner, scan_world, sensor_pose
 from clearway.sim.settings import SimulationSettings
 
 TRIES = 40
@@ -94,7 +94,7 @@ class Adversary:
         rng = np.random.default_rng([settings.seed, 4])
         return cls(world, settings.adversary_m, places, kept, rng)
 
-    def watched(self, sensor: Lidar | Scanner) -> Scanner:
+    def watch(self, sensor: Lidar | Scanner) -> Scanner:
         """The sensor, whose beams the adversary takes note of."""
         return _Watched(sensor, self)
 
@@ -145,7 +145,7 @@ class _Watched:
 
     def scan(self, world: World, state: State, rng: np.random.Generator) -> Scan:
         noting = _Noting(world)
-        scan = scanned(self._sensor, noting, state, rng)
+        scan = scan_world(self._sensor, noting, state, rng)
         sensor = self._sensor
         for origin, directions, ranges, farthest in noting.casts:
             self._adversary.note(Beams(origin, directions, np.minimum(ranges, farthest)))
@@ -174,7 +174,7 @@ class _Noting:
         return ranges
 
 
-def planned_ways(flight: object, state: State) -> Iterator[FloatArray]:
+def list_planned_ways(flight: object, state: State) -> Iterator[FloatArray]:
     """Places [n, 3] that are to be flown: a decision's way and its escape, and straight on.
 
     flight: what was decided, by whichever planner; of others than clearway's, only straight on is

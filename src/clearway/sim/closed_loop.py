@@ -19,12 +19,12 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live import AvoidanceSystem, FlightDecision, Reading
-from clearway.live.mission import Progress, advanced, news_in_m
+from clearway.live.mission import Progress, advance_progress, news_in_m
 from clearway.live.preflight.escape_plan import EscapePlan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import CombinedWorld, World
-from clearway.sensors import Lidar, Scan, Scanner, scanned
-from clearway.sim.adversary import Adversary, planned_ways
+from clearway.sensors import Lidar, Scan, Scanner, scan_world
+from clearway.sim.adversary import Adversary, list_planned_ways
 from clearway.sim.faults import NO_FAULTS
 from clearway.sim.guide import Guide
 from clearway.sim.logbook import Logbook
@@ -109,7 +109,7 @@ class _Flight(Generic[D]):
         self.adversary: Adversary | None = None
         if settings.adversary_m > 0.0:
             self.adversary = Adversary.of(world, settings, system.planner, system.mission)
-            self.lidars = [self.adversary.watched(sensor) for sensor in lidars]
+            self.lidars = [self.adversary.watch(sensor) for sensor in lidars]
         rate_hz = settings.scan_rate_hz
         self.scan_period_s = None if rate_hz is None else 1.0 / rate_hz
         self.next_scan_s = start.time_s
@@ -123,29 +123,29 @@ class _Flight(Generic[D]):
         self._move_traffic()
         decisions: Logbook[D] = Logbook()
         while not self._over and self.motion.now_s < limit:
-            entry = self._decided(self._sense())
+            entry = self._decide(self._sense())
             if entry is not None:
                 decisions.add(entry)
                 if on_decision is not None:
                     on_decision(entry, self.progress)
                 self._oppose(entry)
             self._fly_on(self._movement())
-        return self._finished(decisions.entries)
+        return self._finish(decisions.entries)
 
     def _oppose(self, entry: LoggedDecision[D]) -> None:
         """Let the adversary put a ball in the way of what was decided."""
         if self.adversary is None:
             return
-        ways = list(planned_ways(entry.flight, self.motion.state))
+        ways = list(list_planned_ways(entry.flight, self.motion.state))
         if self.adversary.oppose(ways, np.array(self.motion.states)[:, :3]):
             self.world, self.free_m = self.adversary.world, 0.0
 
     @property
     def _over(self) -> bool:
-        return self.crashed or self.progress.done(self.mission)
+        return self.crashed or self.progress.is_done(self.mission)
 
     def _sense(self) -> list[Reading]:
-        """What arrives at this moment: the own state, and scans as old as the latency."""
+        """What arrives at this moment: the own state estimate, and scans as old as the latency."""
         now = self.motion.now_s
         settings = self.settings
         sigma = settings.position_sigma_m
@@ -189,9 +189,9 @@ class _Flight(Generic[D]):
         taken = max(self.mission.start.time_s, now - self.settings.scan_latency_s)
         seen_from = state if taken >= now else self.motion.at(taken)
         world = self._world_at(seen_from.time_s)
-        return [scanned(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
+        return [scan_world(sensor, world, seen_from, self.scan_rng) for sensor in self.lidars]
 
-    def _decided(self, readings: Sequence[Reading]) -> LoggedDecision[D] | None:
+    def _decide(self, readings: Sequence[Reading]) -> LoggedDecision[D] | None:
         """What the pilot makes of readings, if a decision is due."""
         now = self.motion.now_s
         started = time.perf_counter()
@@ -238,7 +238,7 @@ class _Flight(Generic[D]):
         now = self.motion.now_s
         self.guide.movement_at(now, movement, self.motion.movements)
         part_s = self.guide.part_s
-        self._fly(self.motion.follow(self.guide.asked_from(now), part_s), part_s)
+        self._fly(self.motion.follow(self.guide.ask_from(now), part_s), part_s)
 
     def _fly(self, steps: Iterator[None], lasts_s: float) -> None:
         """Take steps that last so long; stops early at the last goal, or in an obstacle."""
@@ -259,7 +259,7 @@ class _Flight(Generic[D]):
             self.same_m -= flown_m
             if not self.same_m > 0.0:
                 self._advance(states[-1][:3])
-                if self.progress.done(self.mission):
+                if self.progress.is_done(self.mission):
                     return
             if self.scan_period_s is not None and self.next_scan_s < ends_s - 1e-9:
                 self._look_about()
@@ -283,7 +283,7 @@ class _Flight(Generic[D]):
         self.same_m = news_in_m(mission, self.progress, place, stays_level=level) - ROUNDING_M
         if not self.same_m > 0.0:
             now = self.motion.now_s
-            self.progress = advanced(mission, self.progress, place, now, stays_level=level)
+            self.progress = advance_progress(mission, self.progress, place, now, stays_level=level)
 
     def _hit(self) -> bool:
         """Whether the last step went through an obstacle."""
@@ -307,7 +307,7 @@ class _Flight(Generic[D]):
         system: object = self.system
         return system.escape if isinstance(system, AvoidanceSystem) else None
 
-    def _finished(self, decisions: tuple[LoggedDecision[D], ...]) -> Run[D]:
+    def _finish(self, decisions: tuple[LoggedDecision[D], ...]) -> Run[D]:
         times, states = np.array(self.motion.times), np.array(self.motion.states)
         margin = self.margin_m
         tracks = self.traffic.tracks if self.traffic is not None else {}

@@ -6,7 +6,7 @@ import numpy as np
 
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sim.world_parts import MadeWorld, Span, drawn, leg, placed, roomy
+from clearway.sim.world_parts import MadeWorld, Span, draw_between, leg, place_parts, roomy
 
 MIXED_BOX_M = (50.0, 30.0, 20.0)
 """Extent of the mixed worlds: ahead of the start, and centred on the way across and in height."""
@@ -17,7 +17,7 @@ NET_THICKNESS_M = 0.22
 """Of ropes: what the beams of the made-up worlds do not miss within 10 m, 1.2 deg apart."""
 
 
-def mixed(seed: int, shapes: tuple[int, int] = MIXED_COUNTS) -> MadeWorld:
+def make_mixed(seed: int, shapes: tuple[int, int] = MIXED_COUNTS) -> MadeWorld:
     """Balls, bars, plates and boxes in any pose, in a box, and a leg right through it."""
     rng = np.random.default_rng([seed, 50])
     length, width, height = MIXED_BOX_M
@@ -64,8 +64,8 @@ def nets(seed: int, gap_m: Span = NET_GAPS_M, thickness_m: float = NET_THICKNESS
     while x < 55.0:
         center = (x, float(rng.uniform(-2.0, 2.0)), float(rng.uniform(-2.0, 2.0)))
         attitude = (0.0, float(rng.uniform(-0.3, 0.3)), float(rng.uniform(-0.5, 0.5)))
-        ropes += placed(_net(rng, 0.5 * thickness_m), center, attitude)
-        x += drawn(rng, gap_m)
+        ropes += place_parts(_net(rng, 0.5 * thickness_m), center, attitude)
+        x += draw_between(rng, gap_m)
     far = x + 5.0
     mission = leg(f"nets-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0))
     return MadeWorld(ObstacleMap(ropes), mission, smallest_object_m=thickness_m)

@@ -14,7 +14,16 @@ from types import MappingProxyType
 import numpy as np
 
 from clearway.obstacles.columns import Columns
-from clearway.sim.world_parts import ROOM_M, TALL_M, MadeWorld, MakeWorld, Span, drawn, leg, roomy
+from clearway.sim.world_parts import (
+    ROOM_M,
+    TALL_M,
+    MadeWorld,
+    MakeWorld,
+    Span,
+    draw_between,
+    leg,
+    roomy,
+)
 
 TRUNKS_APART_M = 2.5
 FLOWN_M: Span = (0.7, 4.0)
@@ -185,7 +194,7 @@ def _draw(
         top = _quantile(rng, field.tops_m)
         apart_m = field.apart_m
         if count and field.doubled and rng.random() < field.doubled:
-            angle, away = rng.uniform(-np.pi, np.pi), drawn(rng, DOUBLED_M)
+            angle, away = rng.uniform(-np.pi, np.pi), draw_between(rng, DOUBLED_M)
             x = rows[count - 1, 0] + away * np.cos(angle)
             y = rows[count - 1, 1] + away * np.sin(angle)
             apart_m = -np.inf

@@ -17,9 +17,9 @@ from clearway.sim.world_parts import (
     WALL_M,
     MadeWorld,
     Span,
-    drawn,
+    draw_between,
     leg,
-    placed,
+    place_parts,
     wall,
 )
 
@@ -49,7 +49,7 @@ PLANKS = 12
 def dead_end(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeWorld:
     """A dead end on the way, open towards the vehicle: two sides and a back, all tall."""
     rng = np.random.default_rng([seed, 40])
-    width, depth = drawn(rng, width_m), drawn(rng, depth_m)
+    width, depth = draw_between(rng, width_m), draw_between(rng, depth_m)
     side = 0.5 * (width + WALL_M)
     parts = [
         wall((0.0, -side), (depth, -side), "side"),
@@ -62,7 +62,7 @@ def dead_end(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> M
 def wedge(seed: int, width_m: Span = WEDGE_WIDTHS_M, depth_m: Span = WEDGE_DEPTHS_M) -> MadeWorld:
     """Two tall walls that close to a corner ahead; the width is that of its mouth."""
     rng = np.random.default_rng([seed, 41])
-    width, depth = drawn(rng, width_m), drawn(rng, depth_m)
+    width, depth = draw_between(rng, width_m), draw_between(rng, depth_m)
     parts = [wall((0.0, side * width), (depth, 0.0), "side") for side in (-0.5, 0.5)]
     return _on_the_way(f"wedge-{seed}", rng, parts, width, depth)
 
@@ -70,7 +70,11 @@ def wedge(seed: int, width_m: Span = WEDGE_WIDTHS_M, depth_m: Span = WEDGE_DEPTH
 def cave(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeWorld:
     """A box that is open towards the vehicle alone; width and height are drawn from one span."""
     rng = np.random.default_rng([seed, 42])
-    width, height, depth = drawn(rng, width_m), drawn(rng, width_m), drawn(rng, depth_m)
+    width, height, depth = (
+        draw_between(rng, width_m),
+        draw_between(rng, width_m),
+        draw_between(rng, depth_m),
+    )
     y, z = 0.5 * (width + WALL_M), 0.5 * (height + WALL_M)
     middle, outer = 0.5 * depth, width + 2.0 * WALL_M
     parts = [
@@ -91,12 +95,12 @@ def cave(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeW
     return _on_the_way(f"cave-{seed}", rng, parts, width, depth, tilted=True)
 
 
-def closed_street(
+def make_closed_street(
     seed: int, width_m: Span = STREET_WIDTHS_M, depth_m: Span = STREET_DEPTHS_M
 ) -> MadeWorld:
     """A street between two rows of tall houses, with a house across its end."""
     rng = np.random.default_rng([seed, 43])
-    width, depth = drawn(rng, width_m), drawn(rng, depth_m)
+    width, depth = draw_between(rng, width_m), draw_between(rng, depth_m)
     parts = []
     for side in (-1.0, 1.0):
         at = 0.0
@@ -114,10 +118,10 @@ def closed_street(
     return made._replace(world=ObstacleMap([*made.world.obstacles, ground]))
 
 
-def closed_tube(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeWorld:
+def make_closed_tube(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -> MadeWorld:
     """A tube of planks, open towards the vehicle and closed at its end, level or tilted."""
     rng = np.random.default_rng([seed, 44])
-    width, depth = drawn(rng, width_m), drawn(rng, depth_m)
+    width, depth = draw_between(rng, width_m), draw_between(rng, depth_m)
     middle = 0.5 * (width + WALL_M)
     plank = 2.0 * (middle + 0.5 * WALL_M) * float(np.tan(np.pi / PLANKS))
     parts = []
@@ -137,7 +141,7 @@ def closed_tube(seed: int, width_m: Span = WIDTHS_M, depth_m: Span = DEPTHS_M) -
 def u_shape(seed: int, width_m: Span = U_WIDTHS_M, depth_m: Span = U_DEPTHS_M) -> MadeWorld:
     """A dead end that the flight starts in, with the open side behind it."""
     rng = np.random.default_rng([seed, 45])
-    width, depth = drawn(rng, width_m), drawn(rng, depth_m)
+    width, depth = draw_between(rng, width_m), draw_between(rng, depth_m)
     side = 0.5 * (width + WALL_M)
     parts = [
         wall((-depth, -side), (0.0, -side), "side"),
@@ -149,7 +153,7 @@ def u_shape(seed: int, width_m: Span = U_WIDTHS_M, depth_m: Span = U_DEPTHS_M) -
     back = (ahead, float(rng.uniform(-spare, spare)), 0.0)
     turned = float(rng.uniform(-TURNED_RAD, TURNED_RAD))
     # About the start, which so keeps its room.
-    parts = placed(placed(parts, back, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
+    parts = place_parts(place_parts(parts, back, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
     far = ahead + 0.5 * width + BEYOND_M
     return MadeWorld(ObstacleMap(parts), leg(f"u-shape-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
@@ -160,7 +164,7 @@ def room(seed: int, width_m: Span = DOOR_WIDTHS_M, depth_m: Span = ROOM_SIDES_M)
     The depth is that of the room, drawn for both of its sides.
     """
     rng = np.random.default_rng([seed, 46])
-    door, half = drawn(rng, width_m), 0.5 * rng.uniform(*depth_m, 2)
+    door, half = draw_between(rng, width_m), 0.5 * rng.uniform(*depth_m, 2)
     corners = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]) * (half + 0.5 * WALL_M)
     with_door = int(rng.integers(4))
     parts = []
@@ -179,7 +183,7 @@ def room(seed: int, width_m: Span = DOOR_WIDTHS_M, depth_m: Span = ROOM_SIDES_M)
     spare = max(float(half[1]) - 7.0, 0.0)
     center = (ahead - float(half[0]), float(rng.uniform(-spare, spare)), 0.0)
     turned = float(rng.uniform(-TURNED_RAD, TURNED_RAD))
-    parts = placed(placed(parts, center, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
+    parts = place_parts(place_parts(parts, center, np.zeros(3)), np.zeros(3), (0.0, 0.0, turned))
     far = 2.0 * float(half.max()) + BEYOND_M
     return MadeWorld(ObstacleMap(parts), leg(f"room-{seed}", (0.0, 0.0, 0.0), (far, 0.0, 0.0)))
 
@@ -194,7 +198,7 @@ def _on_the_way(
     tilted: bool = False,
 ) -> MadeWorld:
     """A dead end, its mouth's middle at 0 and its depth along x, in the way of a straight leg."""
-    mouth = np.array([drawn(rng, MOUTHS_M), float(rng.uniform(-0.25, 0.25)) * width, 0.0])
+    mouth = np.array([draw_between(rng, MOUTHS_M), float(rng.uniform(-0.25, 0.25)) * width, 0.0])
     pitch = float(rng.uniform(-TURNED_RAD, TURNED_RAD)) if tilted else 0.0
     if tilted:
         mouth[2] = float(rng.uniform(-0.25, 0.25)) * width
@@ -202,5 +206,5 @@ def _on_the_way(
     turned = float(rng.uniform(-TURNED_RAD, TURNED_RAD))
     mouth[0] += 0.5 * width * abs(float(np.sin(turned)))
     far = float(mouth[0]) + depth + 0.25 * width + BEYOND_M
-    world = ObstacleMap(placed(parts, mouth, (0.0, pitch, turned)))
+    world = ObstacleMap(place_parts(parts, mouth, (0.0, pitch, turned)))
     return MadeWorld(world, leg(name, (0.0, 0.0, 0.0), (far, 0.0, 0.0)))

@@ -77,7 +77,7 @@ class Faults:
         return scan if points is scan.points_m else replace(scan, points_m=points)
 
     def own_state(self, state: State, rng: np.random.Generator) -> State:
-        """What comes of an own state."""
+        """What comes of an own state estimate."""
         if not self.own_position_sigma_m:
             return state
         error = rng.normal(0.0, self.own_position_sigma_m, 3)

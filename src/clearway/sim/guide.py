@@ -50,10 +50,10 @@ class Guide:
         self._movement, self._began_s = movement, now_s
         self._ends_s = now_s + movement.duration_s
 
-    def asked_from(self, now_s: float) -> Asked:
+    def ask_from(self, now_s: float) -> Asked:
         """What is asked a time from now on; past the plan's end, what it asks for there."""
 
-        def asked(later_s: float) -> Reference:
+        def ask(later_s: float) -> Reference:
             told = None if self._told is None else self._told(now_s + later_s)
             if told is not None:
                 return cast(Reference, told)
@@ -61,4 +61,4 @@ class Guide:
             into_s = now_s + later_s - self._began_s
             return Reference.of(self._automaton, self._start, self._movement, into_s)
 
-        return asked
+        return ask

@@ -13,7 +13,7 @@ import numpy as np
 from clearway.base.state import State
 from clearway.obstacles.world import World
 from clearway.sensors.beams.lidar import Lidar, Scan
-from clearway.sensors.beams.simulate import Scanner, scanned
+from clearway.sensors.beams.simulate import Scanner, scan_world
 
 
 class TakesScans(Protocol):
@@ -60,6 +60,6 @@ class KeepingScanner:
 
     def scan(self, world: World, state: State, rng: np.random.Generator) -> Scan:
         """The sensor's own reading."""
-        reading = scanned(self.sensor, world, state, rng)
+        reading = scan_world(self.sensor, world, state, rng)
         self.kept.append(reading)
         return reading

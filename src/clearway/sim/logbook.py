@@ -30,7 +30,7 @@ class Logbook(Generic[D]):
             self._left -= bytes_of(flight.decision)
         if self._left < 0:
             for at in range(self._packed, len(self._entries)):
-                self._entries[at] = _packed(self._entries[at])
+                self._entries[at] = _pack(self._entries[at])
             self._packed = len(self._entries)
         self._entries.append(entry)
 
@@ -40,7 +40,7 @@ class Logbook(Generic[D]):
         return tuple(self._entries)
 
 
-def _packed(entry: LoggedDecision[D]) -> LoggedDecision[D]:
+def _pack(entry: LoggedDecision[D]) -> LoggedDecision[D]:
     flight = entry.flight
     if not isinstance(flight, FlightDecision):
         return entry

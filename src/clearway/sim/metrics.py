@@ -12,7 +12,7 @@ from clearway.base.brief import brief
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.obstacles.world import World
-from clearway.sim.swept import swept_distance_m
+from clearway.sim.swept import measure_swept_distance_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +95,7 @@ def measure_flight(
     """Metrics of a track: times [n], states [n, 6], and the nominal polyline [m, 3]."""
     position = np.ascontiguousarray(states[:, :3])
     steps = np.diff(position, axis=0)
-    distance = swept_distance_m(world, position, safety_margin_m)
+    distance = measure_swept_distance_m(world, position, safety_margin_m)
     return FlightMetrics(
         time_s=float(time_s[-1] - time_s[0]),
         path_length_m=float(np.linalg.norm(steps, axis=1).sum()),

@@ -33,7 +33,7 @@ class Steering(Protocol):
 
     @property
     def state(self) -> State:
-        """Own state that was decided for."""
+        """Own state estimate that was decided for."""
         ...
 
     @property
@@ -51,7 +51,7 @@ class Steering(Protocol):
 
 
 D = TypeVar("D", bound=Steering, covariant=True, default=FlightDecision)
-"""The decisions of a pilot; clearway's own where nothing else is said."""
+"""The decisions of a pilot; clearway's own where nothing else is stated."""
 
 
 class Pilot(Protocol[D]):

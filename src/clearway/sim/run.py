@@ -15,7 +15,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.provenance import provenance
 from clearway.base.variants import Variants
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live import FlightDecision
 from clearway.live.mission import Mission, Mode, Progress
 from clearway.live.preflight.escape_plan import EscapePlan
@@ -33,7 +33,7 @@ class LoggedDecision(Generic[D]):
     flight: D
     why_now: str
     elapsed_s: float
-    """From the sensor's arrays in hand to the explained decision."""
+    """From the sensor's arrays in memory to the explained decision."""
     sight: Sight | None = None
     """What was seen to be free around; None of a vehicle without inertia."""
 
@@ -45,7 +45,8 @@ class Run(Generic[D]):
     """One simulated flight.
 
     >>> import clearway as cw
-    >>> run = cw.fly(cw.read_mission("static-obstacles").changed("simulation", time_limit_s=2.0))
+    >>> mission = cw.read_mission("static-obstacles")
+    >>> run = cw.fly(mission.with_values("simulation", time_limit_s=2.0))
     >>> run.reached, run.summary()["planner"], run.to_row()["time_s"]
     (False, 'clearway', 2.0)
     """
@@ -77,7 +78,7 @@ class Run(Generic[D]):
     planner: str = CLEARWAY
     """Who flew: clearway, the name of a baseline, or the class of a pilot of one's own."""
     ways_out: EscapePlan | None = None
-    """Which ways out clearway kept in hand, and why; None for other planners."""
+    """Which escapes clearway held, and why; None for other planners."""
 
     def __repr__(self) -> str:
         metrics = self.metrics
@@ -106,7 +107,7 @@ class Run(Generic[D]):
 
     @property
     def reached(self) -> bool:
-        return self.progress.done(self.mission)
+        return self.progress.is_done(self.mission)
 
     @property
     def crashed_s(self) -> float | None:
@@ -175,7 +176,7 @@ class Run(Generic[D]):
 
         Columns as of `summary` without `provenance`, the three decision times apart
         (`decision_ms_p50` ...), and in place of the reasons the number of data left out and of
-        alarms, of spans without a way out their length. A list of rows makes a DataFrame of pandas.
+        alarms, of spans without an escape their length. A list of rows makes a DataFrame of pandas.
         """
         row = self.summary()
         row.pop("provenance")
@@ -192,7 +193,7 @@ class Run(Generic[D]):
 
 
 CERTAIN = (Escape.STRICT, Escape.MAPPED)
-"""Ways out that hold what they promise in a static world."""
+"""Escapes that hold what they promise in a static world."""
 
 
 class Metric(NamedTuple):
@@ -204,7 +205,7 @@ class Metric(NamedTuple):
 
 
 def _in_hand(run: Run[Any]) -> list[bool]:
-    """Whether there was a way out in hand after each decision; empty where none is asked for."""
+    """Whether there was a held escape after each decision; empty where none is asked for."""
     if run.ways_out is None or run.ways_out.flown == "off":
         return []
     ways = [entry.flight.decision.way_out for entry in run.decisions]
@@ -213,7 +214,7 @@ def _in_hand(run: Run[Any]) -> list[bool]:
 
 def _way_out_from_s(run: Run[Any]) -> float | None:
     in_hand = _in_hand(run)
-    return rounded(run.decisions[in_hand.index(True)].flight.time_s) if any(in_hand) else None
+    return round_number(run.decisions[in_hand.index(True)].flight.time_s) if any(in_hand) else None
 
 
 def _without_way_out(run: Run[Any]) -> int | None:
@@ -222,23 +223,23 @@ def _without_way_out(run: Run[Any]) -> int | None:
 
 
 def _guarantee(run: Run[Any]) -> bool:
-    """Whether a certain way out was in hand from the first decision on that found one, which came
-    no later than was promised, and led on."""
+    """Whether a certain escape was held from the first decision on that found one, which came no
+    later than was promised, and led on."""
     if run.ways_out is None or run.ways_out.flown not in CERTAIN or _without_way_out(run) != 0:
         return False
     return not any(alarm["breaks_promise"] for alarm in _alarms(run))
 
 
-def _unobserved_m(run: Run[Any]) -> float | None:
+def _find_unobserved_m(run: Run[Any]) -> float | None:
     """The most metres of unobserved space that an escape crossed; None where none may."""
     if run.ways_out is None or run.ways_out.flown != Escape.BUDGETED:
         return None
     ways = [entry.flight.decision.way_out for entry in run.decisions]
-    return rounded(max((way.unobserved_m for way in ways if way is not None), default=0.0))
+    return round_number(max((way.unobserved_m for way in ways if way is not None), default=0.0))
 
 
 def _no_guarantee_s(run: Run[Any]) -> list[list[float]]:
-    """From when to when there was no way out in hand, after the first."""
+    """From when to when there was no held escape, after the first."""
     in_hand = _in_hand(run)
     spans: list[list[float]] = []
     if not any(in_hand):
@@ -271,7 +272,7 @@ def _alarms(run: Run[Any]) -> list[dict[str, Any]]:
 
 def _nearest_intruder(run: Run[Any]) -> float | None:
     traffic = run.metrics.intruders
-    return rounded(traffic.min_distance_m) if traffic else None
+    return round_number(traffic.min_distance_m) if traffic else None
 
 
 def _hit(run: Run[Any]) -> str | None:
@@ -292,7 +293,7 @@ def _closest_intruder(run: Run[Any]) -> str | None:
 
 def _straight_flight(run: Run[Any]) -> float | None:
     straight = run.metrics.straight
-    return rounded(straight.min_distance_m) if straight else None
+    return round_number(straight.min_distance_m) if straight else None
 
 
 METRICS: Variants[Metric] = Variants(
@@ -310,7 +311,7 @@ METRICS: Variants[Metric] = Variants(
         "top_mps": Metric("Greatest speed.", lambda run: round(run.top_mps, 6)),
         "min_obstacle_distance_m": Metric(
             "Smallest distance to an obstacle's surface.",
-            lambda run: rounded(run.metrics.min_obstacle_distance_m),
+            lambda run: round_number(run.metrics.min_obstacle_distance_m),
         ),
         "min_intruder_distance_m": Metric(
             "Smallest distance to an intruder, between centres.", _nearest_intruder
@@ -347,7 +348,7 @@ METRICS: Variants[Metric] = Variants(
         ),
         "unobserved_m": Metric(
             "Most metres of unobserved space that a held escape crossed; null where none may.",
-            _unobserved_m,
+            _find_unobserved_m,
         ),
         "no_guarantee_s": Metric(
             "From when to when there was none, after the first: [[from, to], ...].",
@@ -367,16 +368,16 @@ METRICS: Variants[Metric] = Variants(
         "crashed_s": Metric("When.", lambda run: run.crashed_s),
         "tracking_mean_m": Metric(
             "Distance to the straight legs (6.13), on average.",
-            lambda run: rounded(float(run.metrics.tracking_m.mean())),
+            lambda run: round_number(float(run.metrics.tracking_m.mean())),
         ),
         "tracking_max_m": Metric(
             "Distance to the straight legs at most.",
-            lambda run: rounded(float(run.metrics.tracking_m.max())),
+            lambda run: round_number(float(run.metrics.tracking_m.max())),
         ),
-        "climb_m": Metric("Metres climbed.", lambda run: rounded(run.metrics.climb_m)),
+        "climb_m": Metric("Metres climbed.", lambda run: round_number(run.metrics.climb_m)),
         "effort_m2ps3": Metric(
             "Time integral of the squared acceleration across the path.",
-            lambda run: rounded(run.metrics.effort_m2ps3),
+            lambda run: round_number(run.metrics.effort_m2ps3),
         ),
         "corrections": Metric(
             "Movements flown with corrected turn rates (4.2.2).", lambda run: run.corrections
@@ -394,6 +395,6 @@ METRICS: Variants[Metric] = Variants(
 OnDecision = Callable[[LoggedDecision[D], Progress], None]
 
 
-def decided_by_clearway(run: Run[Steering]) -> TypeGuard[Run]:
+def is_clearway_run(run: Run[Steering]) -> TypeGuard[Run]:
     """Whether the decisions of a flight carry what clearway's own do, as its pictures need."""
     return all(isinstance(entry.flight, FlightDecision) for entry in run.decisions)

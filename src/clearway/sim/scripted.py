@@ -20,7 +20,7 @@ import numpy as np
 from clearway.base.brief import brief
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.made import TimedPlaces
-from clearway.base.state import State, frozen_array
+from clearway.base.state import State, freeze_array
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.traffic import Intruder
@@ -55,7 +55,7 @@ class ScriptedIntruder:
 
     def __post_init__(self) -> None:
         for name, length in (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2)):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (length,)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (length,)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,13 +224,13 @@ class _Flyer:
             return
         while self._time_s < time_s - 1e-12:
             if self._deviates and self._time_s >= self._turns_s - 1e-9:
-                self._velocity_mps = self._deviated()
+                self._velocity_mps = self._deviate()
                 self._turns_s = self._time_s + 1.0
             until = min(time_s, self._turns_s) if self._deviates else time_s
             self.position_m = self.position_m + (until - self._time_s) * self._velocity_mps
             self._time_s = until
 
-    def _deviated(self) -> FloatArray:
+    def _deviate(self) -> FloatArray:
         """A velocity of the same speed along the axis, off it by up to tan(spread)."""
         speed = float(np.linalg.norm(self.axis_mps))
         if speed == 0.0:

@@ -19,7 +19,7 @@ TOLERANCE = 1e-3
 MOST_HALVINGS = 40
 
 
-def swept_distance_m(world: World, positions_m: FloatArray, margin_m: float) -> FloatArray:
+def measure_swept_distance_m(world: World, positions_m: FloatArray, margin_m: float) -> FloatArray:
     """[n] least distance to the nearest surface since the position before, of positions [n, 3].
 
     Straight between positions. Exact within TOLERANCE * margin_m as to whether a segment touches
@@ -37,7 +37,7 @@ def swept_distance_m(world: World, positions_m: FloatArray, margin_m: float) -> 
     at_start, at_end = at_ends[:-1], at_ends[1:]
     for _ in range(MOST_HALVINGS):
         bound = 0.5 * (at_start + at_end - np.linalg.norm(end - start, axis=1))
-        open_ = _undecided(bound, least[owner], float(least.min()), margin_m, tolerance)
+        open_ = _find_undecided(bound, least[owner], float(least.min()), margin_m, tolerance)
         if not len(open_):
             break
         owner, start, end = owner[open_], start[open_], end[open_]
@@ -55,16 +55,16 @@ def swept_distance_m(world: World, positions_m: FloatArray, margin_m: float) -> 
 def touches(world: World, step_m: FloatArray, margin_m: float) -> tuple[bool, float]:
     """Whether the way between two positions [2, 3] touches something, and the distance at its end.
 
-    As of `swept_distance_m`, which is asked only where the way may.
+    As of `measure_swept_distance_m`, which is asked only where the way may.
     """
     at_start, at_end = world.distance_m(step_m).tolist()
     bound = 0.5 * (at_start + at_end - math.dist(*step_m.tolist()))
     if at_start > 0.0 and at_end > 0.0 and bound > TOLERANCE * margin_m:
         return False, at_end
-    return bool(swept_distance_m(world, step_m, margin_m)[1] <= 0.0), at_end
+    return bool(measure_swept_distance_m(world, step_m, margin_m)[1] <= 0.0), at_end
 
 
-def _undecided(
+def _find_undecided(
     bound: FloatArray, least: FloatArray, least_of_all: float, margin_m: float, tolerance: float
 ) -> IntArray:
     """Pieces [n] that may touch, come inside the margin, or be nearest of all, undecided so far."""

@@ -10,7 +10,7 @@ from clearway.base.state import State
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sim.world_parts import WALL_M, MadeWorld, Span, drawn
+from clearway.sim.world_parts import WALL_M, MadeWorld, Span, draw_between
 
 AISLES_M: Span = (3.0, 4.0)
 ROWS = 6
@@ -39,13 +39,15 @@ def warehouse(seed: int, aisle_m: Span = AISLES_M) -> MadeWorld:
     """A hall with rows of racks up to its roof, aisles of 3 to 4 m with stacks, a cross aisle."""
     rng = np.random.default_rng([seed, 27])
     aisles, deep = rng.uniform(*aisle_m, ROWS + 1), rng.uniform(*DEEP_M, ROWS)
-    blocks, cross = rng.uniform(*BLOCKS_M, 2), drawn(rng, aisle_m)
+    blocks, cross = rng.uniform(*BLOCKS_M, 2), draw_between(rng, aisle_m)
     width, length = float(aisles.sum() + deep.sum()), float(blocks.sum() + cross)
     lows = np.cumsum(aisles) + np.concatenate([[0.0], np.cumsum(deep)])
     parts = _hall(length, width)
     for x, block in ((0.0, blocks[0]), (blocks[0] + cross, blocks[1])):
         for row, (y, depth) in enumerate(zip(lows[:ROWS], deep, strict=True)):
-            parts.append(_box((x, y, 0.0), (block, depth, drawn(rng, TOPS_M)), f"rack {row}"))
+            parts.append(
+                _box((x, y, 0.0), (block, depth, draw_between(rng, TOPS_M)), f"rack {row}")
+            )
         for aisle, y, free in zip(range(ROWS + 1), lows - aisles, aisles, strict=True):
             parts += _stacks(rng, (x, y), (block, free), f"stack {aisle}")
     y_start, y_goal = rng.uniform(0.1 * width, 0.9 * width, 2)
@@ -77,12 +79,12 @@ def _stacks(
     """Stacks of pallets at either side of an aisle, with room to pass."""
     at = float(rng.uniform(1.0, STACKS_APART_M[1]))
     while at < size_m[0] - STACK_M[1]:
-        off, top = drawn(rng, OFF_RACK_M), drawn(rng, STACK_TOPS_M)
+        off, top = draw_between(rng, OFF_RACK_M), draw_between(rng, STACK_TOPS_M)
         long, wide = rng.uniform(*STACK_M, 2)
         wide = min(float(wide), size_m[1] - PASS_M - off)
         aside = off if rng.random() < 0.5 else size_m[1] - off - wide
         yield _box((low_m[0] + at, low_m[1] + aside, 0.0), (float(long), wide, top), name)
-        at += drawn(rng, STACKS_APART_M)
+        at += draw_between(rng, STACKS_APART_M)
 
 
 def _box(

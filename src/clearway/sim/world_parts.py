@@ -73,7 +73,7 @@ def wall(start: Sequence[float], end: Sequence[float], name: str) -> Obstacle:
     return Obstacle.cuboid((*middle, 0.0), size, orientation_rad=(0.0, 0.0, yaw), name=name)
 
 
-def placed(
+def place_parts(
     parts: Iterable[Obstacle], position_m: npt.ArrayLike, attitude_rad: npt.ArrayLike
 ) -> list[Obstacle]:
     """Parts that were made in a frame of their own, with that frame at a place and attitude."""
@@ -108,9 +108,9 @@ def anywhere(made: MadeWorld, seed: int) -> MadeWorld:
         waypoints_m=shift_m + mission.waypoints_m @ turn.T,
     )
     if isinstance(world, Columns):
-        there: ObstacleMap | Columns = world.moved(shift_m, yaw_rad)
+        there: ObstacleMap | Columns = world.move(shift_m, yaw_rad)
     else:
-        there = ObstacleMap(placed(world.obstacles, shift_m, (0.0, 0.0, yaw_rad)))
+        there = ObstacleMap(place_parts(world.obstacles, shift_m, (0.0, 0.0, yaw_rad)))
     heights = made.heights_m
     if heights is not None:
         heights = heights[0] + float(shift_m[2]), heights[1] + float(shift_m[2])
@@ -174,6 +174,6 @@ def roomy(mission: Mission, place_m: FloatArray, radius_m: float, room_m: float 
     return bool(np.all(gaps >= room_m))
 
 
-def drawn(rng: np.random.Generator, span: Span) -> float:
+def draw_between(rng: np.random.Generator, span: Span) -> float:
     """A value between the ends of a span."""
     return float(rng.uniform(*span))

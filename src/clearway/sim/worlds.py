@@ -19,13 +19,13 @@ from clearway.base.suggest import did_you_mean
 from clearway.live.mission import Mission
 from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
-from clearway.sim.clutter import mixed, nets
+from clearway.sim.clutter import make_mixed, nets
 from clearway.sim.column_fields import COLUMN_WORLDS
 from clearway.sim.dead_ends import (
     cave,
-    closed_street,
-    closed_tube,
     dead_end,
+    make_closed_street,
+    make_closed_tube,
     room,
     u_shape,
     wedge,
@@ -37,7 +37,7 @@ from clearway.sim.world_parts import (
     MadeWorld,
     MakeWorld,
     Span,
-    drawn,
+    draw_between,
     leg,
     roomy,
     upright,
@@ -174,7 +174,7 @@ def walls(
     parts = []
     for number in range(walls):
         x = 15.0 + 18.0 * number
-        middle, gap = float(rng.uniform(-aside_m, aside_m)), drawn(rng, gap_m)
+        middle, gap = float(rng.uniform(-aside_m, aside_m)), draw_between(rng, gap_m)
         for side in (-1.0, 1.0):
             inner, outer = middle + side * 0.5 * gap, side * 30.0
             center = (x, 0.5 * (inner + outer), 0.0)
@@ -196,7 +196,7 @@ def pockets(
     deepest = depth_m[1]
     for number in range(2):
         x = 9.0 + deepest + (18.0 + deepest) * number
-        depth, width = drawn(rng, depth_m), drawn(rng, width_m)
+        depth, width = draw_between(rng, depth_m), draw_between(rng, width_m)
         middle = float(rng.uniform(-3.0, 3.0))
         parts.append(Obstacle.cuboid((x, middle, 0.0), (0.5, width, TALL_M), name=f"back {number}"))
         for side in (-0.5, 0.5):
@@ -213,7 +213,7 @@ def maze(seed: int, room_m: Span = MAZE_ROOMS_M, *, faces_door: bool = False) ->
     """
     rng, across, along = np.random.default_rng([seed, 26]), 4, 3
     parts = maze_walls(rng, across, along)
-    side = drawn(rng, room_m)
+    side = draw_between(rng, room_m)
     obstacles = [
         Obstacle.cuboid(
             (*(side * 0.5 * (a + b)), 0.0),
@@ -243,18 +243,18 @@ WORLD_FAMILIES: Mapping[str, MakeWorld] = MappingProxyType(
         "dead-end": dead_end,
         "wedge": wedge,
         "cave": cave,
-        "closed-street": closed_street,
-        "closed-tube": closed_tube,
+        "closed-street": make_closed_street,
+        "closed-tube": make_closed_tube,
         "u-shape": u_shape,
         "room": room,
-        "clutter": mixed,
+        "clutter": make_mixed,
         "nets": nets,
     }
 )
-"""Worlds by family name; `mixed` is a mission."""
+"""Worlds by family name; `make_mixed` is a mission."""
 
 
-def made_world(family: str, seed: int) -> MadeWorld:
+def make_world(family: str, seed: int) -> MadeWorld:
     """A world of a family; raises ClearwayError listing the families there are."""
     try:
         return WORLD_FAMILIES[family](seed)

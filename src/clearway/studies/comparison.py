@@ -62,7 +62,7 @@ def fly_all(
     for seed in seeds:
         setup = setup_of(seed)
         for planner in planners:
-            hidden = PLANNERS.named(planner, folder).hidden(setup.dangers)
+            hidden = PLANNERS.find(planner, folder).describe_hidden(setup.dangers)
             yield ComparedFlight(planner, setup.fly_with(planner, folder=folder), hidden)
 
 

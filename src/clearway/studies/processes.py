@@ -12,7 +12,7 @@ from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
-from clearway.base.own_code import look_beside, looked_beside
+from clearway.base.own_code import list_looked_beside, look_beside
 
 SAFE_PATH = "PYTHONSAFEPATH"
 """Of the environment: as `-P` of Python, for all that multiprocessing starts."""
@@ -39,7 +39,7 @@ def run_in_processes(
         return
     others = set(active_children())
     # Fresh processes: forked ones would inherit the threads of a progress bar.
-    initargs = (looked_beside(), begin, given)
+    initargs = (list_looked_beside(), begin, given)
     with _own_modules_only():
         pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin, initargs)
     try:

@@ -279,7 +279,7 @@ def write_samples(folder: ResultsFolder, seed: int = 0) -> Written:
     """
     written = tuple(one for one in SAMPLES if not one.lacks)
     left_out = tuple(one for one in SAMPLES if one.lacks)
-    with folder.written() as scratch:
+    with folder.write() as scratch:
         for one in written:
             rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
             one.write(scratch / one.name, rng)

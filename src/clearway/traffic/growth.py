@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.base.state import frozen_array
+from clearway.base.state import freeze_array
 
 HORIZONS_S = np.array([0.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0])
 
@@ -30,7 +30,7 @@ class TwoKinds:
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(HORIZONS_S),)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (len(HORIZONS_S),)))
 
     def at(self, ahead_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Share, steady and manoeuvring deviation [n] at times ahead [n]; the last one from 90 s

@@ -12,14 +12,14 @@ from clearway.base.brief import brief
 from clearway.base.checks import collect_problems, number_problem, time_problem, vector_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.state import State, frozen_three
+from clearway.base.state import State, freeze_three
 
 _VECTORS = (("position_m", 3), ("velocity_mps", 3), ("spread_rad", 2))
 """What is kept as a frozen array, and of how many numbers."""
 _LARGEST_SPREAD = 0.5 * math.pi
 
 
-def _frozen_spread(values: Any) -> FloatArray | None:
+def _freeze_spread(values: Any) -> FloatArray | None:
     """A read-only copy of two angles within [0, 90) degrees; else None."""
     try:
         spread = np.array(values, dtype=np.float64)
@@ -37,7 +37,7 @@ class Intruder:
     """One intruder at a time, flying straight on as far as is known (5.1).
 
     Position and velocity are in the world frame where reports, missions and tracks keep them, and
-    in the grid's frame after `seen_from`, which is what the intersection models take. Raises
+    in the grid's frame after `see_from`, which is what the intersection models take. Raises
     InputError naming every value that cannot be used.
 
     >>> import clearway as cw
@@ -73,8 +73,8 @@ class Intruder:
 
     def __post_init__(self) -> None:
         # Every report makes one: what is in order is gone through once.
-        position, velocity = frozen_three(self.position_m), frozen_three(self.velocity_mps)
-        spread, numbers = _frozen_spread(self.spread_rad), self._number_problems()
+        position, velocity = freeze_three(self.position_m), freeze_three(self.velocity_mps)
+        spread, numbers = _freeze_spread(self.spread_rad), self._number_problems()
         if position is None or velocity is None or spread is None or numbers:
             named = f"intruder {self.name or self.address or '?'}"
             raise InputError(named, self._vector_problems() + numbers)
@@ -123,7 +123,7 @@ class Intruder:
             time_s=time_s,
         )
 
-    def seen_from(self, state: State) -> Intruder:
+    def see_from(self, state: State) -> Intruder:
         """The intruder in the body frame of a world state: the frame of the avoidance grid."""
         world_from_body = state.world_from_body
         return self._with(
@@ -131,7 +131,7 @@ class Intruder:
             velocity_mps=self.velocity_mps @ world_from_body,
         )
 
-    def moved(
+    def move(
         self,
         position_m: FloatArray,
         velocity_mps: FloatArray,

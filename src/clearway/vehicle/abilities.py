@@ -45,7 +45,7 @@ class Moving(Protocol):
     @property
     def step_m(self) -> float: ...
     def predict(self, state: npt.ArrayLike, movement: Movement) -> FloatArray: ...
-    def allowed(self, state: npt.ArrayLike, movement: Movement) -> bool: ...
+    def is_allowed(self, state: npt.ArrayLike, movement: Movement) -> bool: ...
 
 
 def level_ends(automaton: Moving) -> FloatArray:
@@ -56,7 +56,7 @@ def level_ends(automaton: Moving) -> FloatArray:
         steady = [(classes.label_of(at), movements[m]) for at, m in classes.steady.tolist()]
         measured = [automaton.predict([0.0, 0.0, 0.0, roll, 0.0, 0.0], m) for roll, m in steady]
         return np.array(measured) * [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
-    ends = [automaton.predict(level, m) for m in movements if automaton.allowed(level, m)]
+    ends = [automaton.predict(level, m) for m in movements if automaton.is_allowed(level, m)]
     return np.array(ends).reshape(-1, 6)
 
 
@@ -86,7 +86,7 @@ def find_standing(automaton: Moving) -> tuple[bool, ...]:
     level = np.zeros(6)
     return tuple(
         not np.any(automaton.predict(level, movement)[:5])
-        and automaton.allowed(level, movement)
+        and automaton.is_allowed(level, movement)
         and (movement.name, movement.name) not in forbidden
         for movement in automaton.movements
     )

@@ -32,7 +32,7 @@ class MovementAutomaton:
     """Movements, their limits and their predictor: (3.15), def. 12.
 
     As a hybrid automaton (3.10), def. 7, its discrete states are the movements, its vector field is
-    the vehicle's, `allowed` is its transition map, and nothing is reset.
+    the vehicle's, `is_allowed` is its transition map, and nothing is reset.
 
     pitch_limit_rad: |pitch| that no movement may exceed; None for no limit. table: when given, it
     predicts in place of the vehicle's model ((4.14), (4.15)). forbidden: pairs of movement names
@@ -209,7 +209,7 @@ class MovementAutomaton:
         each = [self.predict(state, movement, duration) for duration in durations]
         return np.array(each).reshape(-1, 6)
 
-    def measured(self, steps: int = 1) -> MovementTable:
+    def measure(self, steps: int = 1) -> MovementTable:
         """Each movement flown once from level flight, as tables 4.1 and 4.2 were made."""
         level = np.zeros(6)
         return MovementTable.from_rows(
@@ -222,7 +222,7 @@ class MovementAutomaton:
             }
         )
 
-    def allowed(
+    def is_allowed(
         self, state: npt.ArrayLike, movement: Movement, previous: Movement | None = None
     ) -> bool:
         """Whether the movement may follow `previous` in that state.

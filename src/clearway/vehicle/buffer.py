@@ -97,7 +97,7 @@ class MovementBuffer:
                 return entry.movement
         return None
 
-    def held_from(self, time_s: float, tolerance_s: float = TIME_TOLERANCE_S) -> Movement | None:
+    def find_held(self, time_s: float, tolerance_s: float = TIME_TOLERANCE_S) -> Movement | None:
         """The movement to hold from a time on: where two meet, the one that begins.
 
         At the buffer's end that is still the last one; None outside the buffer.
@@ -156,7 +156,7 @@ class MovementBuffer:
             found.append((entry.movement, lasts_s))
         return found
 
-    def chained(self, following: MovementBuffer) -> MovementBuffer:
+    def chain(self, following: MovementBuffer) -> MovementBuffer:
         """This buffer until the other one starts, then the other one ((4.12), (6.3)).
 
         What is left of this buffer is flushed. Raises ClearwayError if it ends too early.
@@ -166,7 +166,7 @@ class MovementBuffer:
         kept, _ = self.split(following.start_s)
         return MovementBuffer(kept.entries + following.entries)
 
-    def shifted(self, moved: Callable[[float], float]) -> MovementBuffer:
+    def shift(self, moved: Callable[[float], float]) -> MovementBuffer:
         """The same movements by another clock."""
         entries, at = [], moved(self.start_s)
         for entry in self.entries:

@@ -22,7 +22,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 
 LABEL_RAD = 1e-5
-"""Roll by which a class is told from the next one in order."""
+"""Roll by which a class is distinguished from the next one in order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +43,8 @@ class ClassTable:
     first: int
     """The class before a flight begins."""
     tube_m: tuple[float, ...] = ()
-    """Per number of movements flown since the own state was known: within how far of the predicted
-    position the vehicle was found nearly always (def. 13)."""
+    """Per number of movements flown since the own state estimate was known: within how far of the
+    predicted position the vehicle was found nearly always (def. 13)."""
     class_tube_m: FloatArray = field(default_factory=lambda: np.zeros(0))
     """[classes] the same while a class is flown, of a vehicle that follows its plan; or none."""
     speed_mps: FloatArray = field(default_factory=lambda: np.zeros(0))

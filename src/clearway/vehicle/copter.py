@@ -161,7 +161,7 @@ class _Lattice:
         first, last = self.climbs[begin[1] + 1], self.climbs[end[1] + 1]
         z = first * time + 0.5 * (last - first) * time * share
         yaw = turn_rad * share
-        x, y = (_integrated(speed * along, time) for along in (np.cos(yaw), np.sin(yaw)))
+        x, y = (_integrate(speed * along, time) for along in (np.cos(yaw), np.sin(yaw)))
         return np.stack([x, y, z, yaw], axis=1)[FINE::FINE]
 
     def ways(self) -> Iterator[tuple[int, str, FloatArray, int]]:
@@ -240,7 +240,7 @@ def _movement(lattice: _Lattice, name: str, table: ClassTable) -> Movement:
     )
 
 
-def _integrated(values: FloatArray, time: FloatArray) -> FloatArray:
+def _integrate(values: FloatArray, time: FloatArray) -> FloatArray:
     """[n] integral from the start on, by trapezoids."""
     parts = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
     return np.concatenate([[0.0], np.cumsum(parts)])

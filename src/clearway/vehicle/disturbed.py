@@ -46,7 +46,7 @@ def stationary(movement: Movement, _time_s: float) -> FloatArray:
     return movement.inputs
 
 
-def disturbed_by(disturbance: Disturbance) -> InputEvolution:
+def disturb(disturbance: Disturbance) -> InputEvolution:
     """The input function (3.24) of movements under input noise: u + v(t), the speed not below 0."""
 
     def inputs(movement: Movement, time_s: float) -> FloatArray:
@@ -87,7 +87,7 @@ def gust(peak_mps: Sequence[float], start_s: float, duration_s: float) -> Distur
     return at
 
 
-def bounded_noise(bounds: NoiseBounds, seed: int, hold_s: float = 0.1) -> Disturbance:
+def draw_bounded_noise(bounds: NoiseBounds, seed: int, hold_s: float = 0.1) -> Disturbance:
     """Noise within the bounds of (3.20), drawn anew every `hold_s`; a function of seed and time.
 
     Raises ClearwayError for a hold that is not positive.
@@ -150,7 +150,7 @@ def fly_disturbed(
         raise ClearwayError("a movement table tells nothing of other inputs: a model is needed")
     if not step_s > 0.0:
         raise ClearwayError("disturbed flight: the step must be positive")
-    evolution = disturbed_by(disturbance)
+    evolution = disturb(disturbance)
     at = np.array(state, dtype=np.float64)
     times, states = [buffer.start_s], [at]
     for entry in buffer.entries:

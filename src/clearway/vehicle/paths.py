@@ -63,7 +63,7 @@ def _by_classes(classes: ClassTable, samples: int) -> MovementPaths:
     along = classes.along_each(shares)
     known: dict[int, FloatArray] = {}
 
-    def begun_in(at: int) -> FloatArray:
+    def begin_in(at: int) -> FloatArray:
         states = np.zeros((len(classes.names), samples, 6))
         states[:, :, [0, 1, 2, 5]] = along[at]
         for m in range(len(classes.names)):
@@ -74,7 +74,7 @@ def _by_classes(classes: ClassTable, samples: int) -> MovementPaths:
         del pitch_rad
         at = classes.class_at(roll_rad)
         if at not in known:
-            known[at] = begun_in(at)
+            known[at] = begin_in(at)
         return known[at]
 
     return paths

@@ -51,7 +51,7 @@ def needs_correction(
     return error.total_m > share * safety_margin_m
 
 
-def corrected_movement(
+def correct_movement(
     automaton: MovementAutomaton,
     movement: Movement,
     state: npt.ArrayLike,

@@ -74,7 +74,7 @@ def scale_of(
     apart_m
         The least distance between neighbouring waypoints: no two are reached at once.
     """
-    step_m, turn_m, reach_m = automaton.step_m, _turn_m(automaton), suited_reach_m(automaton)
+    step_m, turn_m, reach_m = automaton.step_m, _turn_m(automaton), suit_reach_m(automaton)
     if automaton.has_inertia:
         stop_m = automaton.stopping_m
         margin_m, range_m = MARGIN_M, RANGE_STOPS * stop_m
@@ -98,7 +98,7 @@ def scale_of(
     )
 
 
-def suited_reach_m(automaton: MovementAutomaton) -> float:
+def suit_reach_m(automaton: MovementAutomaton) -> float:
     """Return the reach radius for a vehicle, wherever its waypoints lie."""
     if automaton.has_inertia:
         return REACH_RADIUS_M

@@ -18,7 +18,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.prepared import Ends, PreparedReachSet, complete_ends
 from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.rate.goal import Arrival, Goal, arrival
-from clearway.avoidance.rate.reach_rating import untouched
+from clearway.avoidance.rate.reach_rating import find_untouched
 from clearway.avoidance.rate.route_field import PlacedRoute
 from clearway.avoidance.rules.rule import Ruling
 from clearway.base.arrays import Bools, Floats, Ints
@@ -61,18 +61,18 @@ class Commitment:
     under_way: UnderWay | None = None
     """The movement in the middle of which the decision is taken; None between two."""
     certain_within: int | None = None
-    """After how many decisions without a certain way out to stay where one is likely; None for
+    """After how many decisions without a certain escape to stay where one is likely; None for
     never."""
     had_certain: bool = False
-    """Whether a certain way out was in hand before, in this flight."""
+    """Whether a certain escape was held before, in this flight."""
     long_range: LongRangeChoice | None = None
     """Side and sense begun about aircraft kilometres away."""
     stood: int = 0
     """How many decisions in a row led nowhere, by movements that stand or turn on the spot."""
     stays: bool = False
-    """Whether a way out is flown on and on while it keeps the whole margin: no way leads on."""
+    """Whether an escape is flown on and on while it keeps the whole margin: no way leads on."""
     blind: bool = False
-    """Whether no sensor tells anything: where space is unseen, a way out is stayed in."""
+    """Whether no sensor tells anything: where space is unobserved, an escape is stayed in."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
@@ -83,8 +83,8 @@ STANDS = 0.1
 """Share of the longest movement below which one leads nowhere."""
 IMPATIENCE = 0.5
 """What each decision in a row that led nowhere, from the second on, costs the next such movement,
-in movement lengths. A look aside shows the same things in cells of another grid, by which the way
-that was best a moment before no longer is: what turns on the spot would look to and fro for
+in movement lengths. A look to the side shows the same things in cells of another grid, by which the
+way that was best a moment before no longer is: what turns on the spot would look to and fro for
 ever."""
 DEAD_BAND = 0.1
 """Share of the range within which a path's end counts as straight towards the goal."""
@@ -96,11 +96,11 @@ class Candidates(NamedTuple):
     nodes: Ints
     """[candidates] ends: by range, by side, or at the final waypoint."""
     cost_m: Floats
-    """[candidates] path, cost to go and prices."""
+    """[candidates] path, cost to go and cost weights."""
     sides: Ints
     """[candidates]"""
     untouched: Bools
-    """[candidates] whether it passes no coated cell."""
+    """[candidates] whether it passes no inflated cell."""
     room_price_m: Floats
     """[candidates] what it costs to have no room to circle early on the way; 0 at the last goal."""
     broken: Ints
@@ -122,7 +122,7 @@ def price_candidates(
     Parameters
     ----------
     planner
-        Its stage costs, terminal cost and prices count.
+        Its stage costs, terminal cost and cost weights count.
     rated
         What can be flown, how safe it is, and what moves around.
     goal
@@ -151,14 +151,14 @@ def price_candidates(
             f"terminal cost: must give [{len(ends.nodes)}] numbers, one for every node it is asked "
             f"of; it gave {list(np.shape(to_go_m))}"
         )
-    candidates = priced_ends(
+    candidates = cost_ends(
         ends,
         np.ascontiguousarray(to_go_m, dtype=np.float64),
         goal,
         arrived.reached,
         grazing_of(arrived, goal),
         rated.reach.node_rating,
-        untouched(reach_set, rated.cells.evidence.coated),
+        find_untouched(reach_set, rated.cells.evidence.coated),
         float(reach_set.grid.range_m),
         make_weights(prices, before, prepared),
     )
@@ -221,7 +221,7 @@ def view_goal(target: Floats, range_m: float) -> GoalView:
 
 
 class Weights(NamedTuple):
-    """What prices come to in metres, and what is committed to."""
+    """What cost weights come to in metres, and what is committed to."""
 
     step_m: float
     miss: float
@@ -252,7 +252,7 @@ def make_weights(prices: Prices, commitment: Commitment, prepared: PreparedReach
 
 
 @compiled
-def priced_ends(
+def cost_ends(
     ends: Ends,
     to_go: Floats,
     goal: Goal,
@@ -313,8 +313,8 @@ def among(candidates: Candidates, keep: BoolArray) -> Candidates:
     )
 
 
-def ruled(candidates: Candidates, ruling: Ruling) -> Candidates:
-    """The candidates with what rules forbid and price."""
+def apply_rules(candidates: Candidates, ruling: Ruling) -> Candidates:
+    """The candidates with what rules forbid, and with the costs of breaking them."""
     nodes = candidates.nodes
     cost_m = candidates.cost_m + ruling.price_m[nodes]
     return candidates._replace(cost_m=cost_m, broken=ruling.broken[nodes])

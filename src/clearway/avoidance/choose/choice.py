@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearway.avoidance.choose.candidates import Candidates, ruled
+from clearway.avoidance.choose.candidates import Candidates, apply_rules
 from clearway.avoidance.choose.chosen import NOTHING_TRIED, Basis, Choice, Tried
 from clearway.avoidance.choose.emergency import emergency
 from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidate
@@ -33,16 +33,16 @@ def choose_by_rules(
     pick_among: some candidates, and whether none of them passes.
     """
     speaks = ruling.speaks
-    choice = pick_among(ruled(candidates, ruling) if speaks else candidates, False)
+    choice = pick_among(apply_rules(candidates, ruling) if speaks else candidates, False)
 
-    def note_rules() -> tuple[RuleNote, ...]:
+    def find_rule_notes() -> tuple[RuleNote, ...]:
         without = choice
         if speaks:
-            # Rules forbid and price; what keeps the margin does not depend on them.
+            # Rules forbid and add costs; what keeps the margin does not depend on them.
             without = pick_among(candidates, choice.basis is Basis.EMERGENCY)
         return ruling.notes(candidates.nodes, without.node, choice.node)
 
-    return replace(choice, note_rules=note_rules)
+    return replace(choice, find_rule_notes=find_rule_notes)
 
 
 def pick(

@@ -134,7 +134,7 @@ class Choice:
     tried: Tried = field(default=NOTHING_TRIED, repr=False)
     rules: tuple[RuleNote, ...] = ()
     """What each active rule did."""
-    note_rules: Callable[[], tuple[RuleNote, ...]] | None = field(default=None, repr=False)
+    find_rule_notes: Callable[[], tuple[RuleNote, ...]] | None = field(default=None, repr=False)
     """Works out `rules`, for the one choice that is flown: it takes another search."""
     TOLD: ClassVar = (
         "clearance_m",
@@ -151,11 +151,11 @@ class Choice:
 
     __repr__ = brief
 
-    def noted(self) -> Choice:
+    def with_rule_notes(self) -> Choice:
         """Return the choice with what each active rule did."""
-        if self.note_rules is None:
+        if self.find_rule_notes is None:
             return self
-        return replace(self, rules=self.note_rules(), note_rules=None)
+        return replace(self, rules=self.find_rule_notes(), find_rule_notes=None)
 
     @classmethod
     def of(

@@ -49,7 +49,7 @@ def best_clearances(
     looked: KnownClearances, candidates: Candidates, hazards: Hazards, margin_m: float
 ) -> FloatArray:
     """[candidates, 2] as `verify.clearances` of those whose clearance rounds to the best; of others
-    the clearance may be told as any that does not, -inf too."""
+    the clearance may be reported as any that does not, -inf too."""
     nodes = candidates.nodes
     asked = hazards, margin_m, nodes.tobytes()
     if asked not in looked.best:
@@ -63,7 +63,7 @@ def best_clearances(
 
 
 class _Looks(NamedTuple):
-    """What movements are held against, and what is known of them."""
+    """What movements are checked against, and what is known of them."""
 
     paths: Paths
     bins: PointBins
@@ -100,7 +100,7 @@ def _coarse(clearance: float, margin: float) -> float:
 
 
 @compiled
-def _looked_at(looks: _Looks, n: int, least: float) -> float:
+def _measure_clearance(looks: _Looks, n: int, least: float) -> float:
     """Clearance of one movement up to the margin; below `least` only that it is below."""
     known, margin = looks.known, looks.margin_m
     if np.isnan(known[n, 0]):
@@ -121,7 +121,7 @@ def _greedy(looks: _Looks) -> float:
         following, kept = -1, -np.inf
         for n in range(at + 1, len(looks.is_end)):
             if looks.paths.parent[n] == at:
-                found = _looked_at(looks, n, kept)
+                found = _measure_clearance(looks, n, kept)
                 if min(here, found) > kept:
                     following, kept = n, min(here, found)
         if following < 0:
@@ -144,7 +144,7 @@ def _note_best(looks: _Looks, best: float, result: Floats2) -> None:
             continue
         # Half a step below what still rounds to the best, so that rounding cannot matter.
         least = (best - 1.0) * ALIKE * margin
-        distance = _looked_at(looks, n, least)
+        distance = _measure_clearance(looks, n, least)
         if distance < least:
             continue
         result[n, 0] = min(before, distance)

@@ -1,7 +1,7 @@
-"""What is flown where no choice leaves a way out.
+"""What is flown where no choice leaves an escape.
 
-Where none is left, the way out in hand is flown: it was verified when there was still time. Only
-where that has been lost too, what is less sure follows.
+Where none is left, the held escape is flown: it was verified when there was still time. Only where
+that has been lost too, what is less sure follows.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from clearway.avoidance.plan.held_escape import LESSER_MARGINS, UnderWay, WayOut
 from clearway.avoidance.plan.prepared import PreparedReachSet
 
 SHORTER = (0.25, 0.125, 0.0625)
-"""Shares of the time for which ways out that drift are verified, where none lasts half of it."""
+"""Shares of the time for which escapes that drift are verified, where none lasts half of it."""
 STANDS_WITHIN_M = 1e-3
-"""Movements from rest that lead farther aside gain speed."""
+"""Movements from rest that lead farther to the side gain speed."""
 TO_AND_FRO = 8
 """Decisions in a row that led nowhere, after which a vehicle looks all round: as many as an eighth
 of a turn each needs for a whole one."""
@@ -30,7 +30,7 @@ of a turn each needs for a whole one."""
 
 @dataclass(frozen=True, eq=False)
 class FallBack:
-    """One decision's way out, where nothing else leaves one."""
+    """One decision's escape, where nothing else leaves one."""
 
     leaving: Leaving
     ways: WaysOut
@@ -42,7 +42,7 @@ class FallBack:
 
     @property
     def held(self) -> WayOut | None:
-        """The way out in hand."""
+        """The held escape."""
         return self.leaving.before.way_out
 
     @property
@@ -56,8 +56,8 @@ class FallBack:
         return self.leaving.rated.hazards
 
     def stay(self) -> Taken | None:
-        """The way out in hand, or a fresh one, flown for its own sake: where nothing leads on, and
-        where nobody sees what is ahead and ways out need not lead through what was seen. None where
+        """The held escape, or a fresh one, flown for its own sake: where nothing leads on, and
+        where nobody sees what is ahead and escapes need not lead through what was seen. None where
         that is not so, or where none keeps the whole margin, of intruders too; of who is blind, a
         lesser one. What moves off in time flies on."""
         ways = self.ways
@@ -65,25 +65,25 @@ class FallBack:
             return None
         for share in (1.0, *LESSER_MARGINS) if self.before.blind else (1.0,):
             for way in self._with_share(ways, share):
-                taken = self._flown(way, ())
+                taken = self._fly_escape(way, ())
                 if taken.good and self.leaving.room_ahead_m(way) >= share * ways.margin_m:
                     return taken
         return None
 
     def instead_of(self, taken: Taken) -> Taken:
-        """What is flown where no candidate leaves a way out; `taken` is the best that does not."""
+        """What is flown where no candidate leaves an escape; `taken` is the best that does not."""
         ways = self.ways
         look = self._looks_round(taken.banned)
         if look is not None:
             return look
         if self._waits():
-            known = self._unseen(taken)
+            known = self._choose_across_unobserved(taken)
             if known.good and known.way_out is not None and known.choice.basis is not Basis.NARROW:
                 return known
         too_near: Taken | None = None
         beside = self._beside_intruders(taken)
         for way in self._ways_out():
-            flown = self._flown(way, taken.banned)
+            flown = self._fly_escape(way, taken.banned)
             if flown.good:
                 if beside is not None and self._is_farther_off(beside, way):
                     return beside
@@ -92,7 +92,7 @@ class FallBack:
         beside = beside or too_near
         if beside is not None:
             return beside
-        return self._unseen(taken) if ways.strict else taken
+        return self._choose_across_unobserved(taken) if ways.strict else taken
 
     def look_all_round(self, taken: Taken) -> Taken:
         """A turn on the spot, always to the same side, in place of a movement that stands where
@@ -130,7 +130,7 @@ class FallBack:
         all_of_them = self.leaving.candidates
         leads_m = self.prepared.paths.samples_m[all_of_them.nodes, -1, :2]
         moves_off = among(all_of_them, np.hypot(*leads_m.T) > STANDS_WITHIN_M)
-        # What only turns would turn to and fro for ever, but shows what nobody has seen.
+        # What only turns would turn to and fro for ever, but shows unobserved space.
         for allowed in (moves_off, all_of_them):
             taken = self._first_no_nearer(allowed, stays, near_m / full_m)
             if taken is not None:
@@ -138,7 +138,7 @@ class FallBack:
         return None
 
     def _first_no_nearer(self, allowed: Candidates, stays: Taken, share: float) -> Taken | None:
-        """The best of some candidates that keeps a share of the margin, and leaves a way out that
+        """The best of some candidates that keeps a share of the margin, and leaves an escape that
         does."""
         while len(allowed.nodes):
             choice = self.leaving.pick(stays.hazards, allowed, share)
@@ -165,7 +165,7 @@ class FallBack:
         return min(wider_m, max(near_m - planner.settings.body_radius_m, 0.0))
 
     def _beside_intruders(self, taken: Taken) -> Taken | None:
-        """What keeps away best from intruders that leave no margin, of all that leaves a way out
+        """What keeps away best from intruders that leave no margin, of all that leaves an escape
         past what stands: nobody dodges an aircraft into a wall."""
         if not len(self._hazards.moving.radius_m):
             return None
@@ -177,7 +177,7 @@ class FallBack:
         return max(past, key=lambda each: each.choice.clearance_m)
 
     def _leading_past(self, candidates: Candidates, taken: Taken) -> Taken | None:
-        """What keeps away best from intruders, of some candidates that leave a way out."""
+        """What keeps away best from intruders, of some candidates that leave an escape."""
         ways = self.ways
         firsts = self.prepared.first_movement[candidates.nodes]
         leave = [
@@ -195,7 +195,7 @@ class FallBack:
 
     def _is_farther_off(self, beside: Taken, way: WayOut) -> bool:
         """Whether what leads past intruders, though with less than the margin, stays farther off
-        them than a way out does in its first round: who circles is caught up with by the faster."""
+        them than an escape does in its first round: who circles is caught up with by the faster."""
         choice, ways = beside.choice, self.ways
         if choice.limited_by is not Cause.INTRUDER or ways.under_way is not None:
             return False
@@ -203,8 +203,8 @@ class FallBack:
         return room_m < ways.margin_m and choice.clearance_m > room_m
 
     def _looks_round(self, banned: tuple[str, ...]) -> Taken | None:
-        """A turn on the spot, towards the goal if that is aside: who only held would hold for ever,
-        since nothing new comes into view."""
+        """A turn on the spot, towards the goal if that is to the side: who only held would hold for
+        ever, since nothing new comes into view."""
         ways, turns = self.ways, self.ways.standing_turns()
         aside = float(np.arctan2(self.leaving.goal.target_m[1], self.leaving.goal.target_m[0]))
         for movement in sorted(turns, key=lambda m: abs(aside - turns[m])):
@@ -212,11 +212,11 @@ class FallBack:
             if way is not None:
                 whole = replace(way, begins=(self.leaving.name(movement), *way.begins))
                 if self.leaving.room_ahead_m(whole) >= ways.margin_m:
-                    return self._flown(whole, banned)
+                    return self._fly_escape(whole, banned)
         return None
 
-    def _unseen(self, taken: Taken) -> Taken:
-        """What leaves a way out if what nobody has seen is free; else what was taken.
+    def _choose_across_unobserved(self, taken: Taken) -> Taken:
+        """What leaves an escape if unobserved space is free; else what was taken.
 
         Who has had no certain one for longer than it takes where nothing stands in the way stays
         for a round and looks about: what stands there would close in on the way ahead. Who sees
@@ -235,7 +235,7 @@ class FallBack:
         return replace(found, way_out=replace(found.way_out, unsure=unsure))
 
     def _waits(self) -> bool:
-        """Whether the first certain way out is waited for until one keeps the whole margin: where
+        """Whether the first certain escape is waited for until one keeps the whole margin: where
         thin things are declared, for as long as it takes to look round. Of those nothing is seen
         from afar, so that the first one to be had leads near what is seen next. Where one was lost
         in flight, a lesser certain one is safer than none."""
@@ -252,23 +252,23 @@ class FallBack:
         return unsure > (self.before.certain_within or 0) + len(way.movements)
 
     def _goes_on(self) -> Taken | None:
-        """The best that leaves a way out as far as is known."""
+        """The best that leaves an escape as far as is known."""
         known = self.leaving.choose(self._hazards, strict=False)
         return known if known.good else None
 
     def _stays(self, banned: tuple[str, ...]) -> Taken | None:
-        """The way out in hand, or a fresh one, as far as is known."""
+        """The held escape, or a fresh one, as far as is known."""
         ways = self.ways
         held = self.held if self.held is not None and not self.held.certain else None
         if ways.under_way is not None:
-            way = ways.finished(held, strict=False)
+            way = ways.finish_movement(held, strict=False)
         else:
             way = None if held is None else ways.holds(held, strict=False)
         way = way or ways.now(strict=False)
-        return None if way is None else self._flown(way, banned)
+        return None if way is None else self._fly_escape(way, banned)
 
     def _ways_out(self) -> Iterator[WayOut]:
-        """Ways out that begin now, the surest first.
+        """Escapes that begin now, the surest first.
 
         One that was verified with all that the vehicle may be off, and holds no more from where it
         is off, leads through less that nobody has seen than any that is not verified at all. Of
@@ -289,12 +289,12 @@ class FallBack:
                     yield from self._with_share(surely.for_less(shorter), share)
 
     def _with_share(self, ways: WaysOut, share: float) -> Iterator[WayOut]:
-        """Ways out with a share of the margin: the one in hand, else a fresh one; in the middle of
-        a movement first those that finish it."""
+        """Escapes with a share of the margin: the held one, else a fresh one; in the middle of a
+        movement first those that finish it."""
         held = self.held if self.held is not None and self.held.certain else None
         if ways.under_way is not None:
-            finished = None if held is None else ways.finished(held, share=share)
-            fresh = ways.finished(None, share=share) if finished is None else finished
+            finished = None if held is None else ways.finish_movement(held, share=share)
+            fresh = ways.finish_movement(None, share=share) if finished is None else finished
             if fresh is not None:
                 yield fresh
             held = None
@@ -306,8 +306,8 @@ class FallBack:
             if fresh is not None:
                 yield fresh
 
-    def _flown(self, way: WayOut, banned: tuple[str, ...]) -> Taken:
-        """A way out as what is flown now, as an emergency where an intruder is too near to it.
+    def _fly_escape(self, way: WayOut, banned: tuple[str, ...]) -> Taken:
+        """An escape as what is flown now, as an emergency where an intruder is too near to it.
 
         Where the reach set lacks its first movement (a small one may have no room for holding),
         it is flown all the same, and told by the one that ends nearest.

@@ -1,7 +1,7 @@
-"""What can be flown from an own state, and what of the map comes within its reach.
+"""What can be flown from an own state estimate, and what of the map comes within its reach.
 
-All of it follows from planner, own state, wind, floor and map: a decision that is past works it out
-again instead of keeping it.
+All of it follows from planner, own state estimate, wind, floor and map: a decision that is past
+works it out again instead of keeping it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clearway.avoidance.clear.verify import sloping
-from clearway.avoidance.escape.terms import carried_m
+from clearway.avoidance.escape.terms import limit_carried_m
 from clearway.avoidance.plan.evidence import InReach, gather_in_reach
 from clearway.avoidance.plan.floor import above_floor
 from clearway.avoidance.plan.held_escape import Escape
@@ -32,19 +32,19 @@ class FromHere:
 
     __repr__ = brief
 
-    def prepared(self) -> PreparedReachSet:
+    def prepare_reach_set(self) -> PreparedReachSet:
         """What could be flown."""
-        return prepared_from(self.planner, self.situation)
+        return prepare_here(self.planner, self.situation)
 
     def shapes(self) -> Shapes:
         """Of the map, in the grid frame."""
-        return near_from(self.planner, self.situation, self.prepared()).hazards.shapes
+        return near_from(self.planner, self.situation, self.prepare_reach_set()).hazards.shapes
 
 
-def prepared_from(planner: Planner, situation: Situation) -> PreparedReachSet:
+def prepare_here(planner: Planner, situation: Situation) -> PreparedReachSet:
     """What can be flown, and how it is to be verified: in this wind, above this floor."""
     settings = planner.settings
-    prepared = planner.prepared_at(situation.state)
+    prepared = planner.prepare_at(situation.state)
     has_inertia = planner.automaton.has_inertia
     if planner.escapes is not None and settings.escape != Escape.KNOWN and not has_inertia:
         # It finds room where it is needed, and in all that can be flown.
@@ -70,6 +70,6 @@ def with_slope(prepared: PreparedReachSet, slope: float) -> PreparedReachSet:
 
 def near_from(planner: Planner, situation: Situation, prepared: PreparedReachSet) -> InReach:
     """What is around, as far as trajectories and escapes lead."""
-    escapes_to_m = planner.escape_reach_m + carried_m(planner, situation)
+    escapes_to_m = planner.escape_reach_m + limit_carried_m(planner, situation)
     reach_m = max(prepared.reach_m, escapes_to_m)
     return gather_in_reach(planner, situation, reach_m, planner.horizon_s)

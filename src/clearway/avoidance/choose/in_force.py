@@ -38,7 +38,7 @@ def in_force(
     near: InReach,
     before: Commitment,
 ) -> InForce:
-    """The rules of one decision, held against its trajectories."""
+    """The rules of one decision, checked against its trajectories."""
     names = near.intruders.names
     met = Meetings(prepared.reach_set, near.hazards.moving, names)
     afar = _afar(planner, situation, prepared, goal, before)

@@ -1,7 +1,7 @@
-"""The choice that leaves a way out.
+"""The choice that leaves an escape.
 
-First movements after which no way out is found are banned one by one, and the next best candidate
-is asked; where none is left, see `fall_back`.
+First movements after which no escape is found are banned one by one, and the next best candidate is
+asked; where none is left, see `fall_back`.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ class Taken:
     way_out: WayOut | None = None
     """From the end of its first movement on."""
     banned: tuple[str, ...] = ()
-    """First movements after which no way out was found."""
+    """First movements after which no escape was found."""
     leaves: bool = True
-    """Whether it leaves a way out, where one is asked for."""
+    """Whether it leaves an escape, where one is asked for."""
     finishes: UnderWay | None = None
-    """The movement under way, where that is flown to its end and then the way out."""
+    """The movement under way, where that is flown to its end and then the escape."""
 
     @property
     def hazards(self) -> Hazards:
@@ -48,7 +48,7 @@ class Taken:
 
     @property
     def good(self) -> bool:
-        """Whether it was verified, and its way out too."""
+        """Whether it was verified, and its escape too."""
         if self.choice.basis is Basis.NARROW:
             return True
         return self.leaves and self.choice.basis is not Basis.EMERGENCY
@@ -56,7 +56,7 @@ class Taken:
 
 @dataclass(frozen=True, eq=False)
 class Leaving:
-    """One decision's choice among what leaves a way out."""
+    """One decision's choice among what leaves an escape."""
 
     planner: Planner
     rated: Rated
@@ -70,12 +70,12 @@ class Leaving:
 
     @property
     def held(self) -> WayOut | None:
-        """The way out in hand: what would be flown from now on without this decision."""
+        """The held escape: what would be flown from now on without this decision."""
         return self.before.way_out
 
     @property
     def had_certain(self) -> bool:
-        """Whether a certain way out is in hand, or was before in this flight."""
+        """Whether a certain escape is held, or was before in this flight."""
         return self.before.had_certain or (self.held is not None and self.held.certain)
 
     @property
@@ -85,7 +85,7 @@ class Leaving:
 
     @cached_property
     def _narrow_price_m(self) -> float:
-        """What leaves no way out is flown, as far as it was seen to be free, where everything else
+        """What leaves no escape is flown, as far as it was seen to be free, where everything else
         costs more by this; inf where the mission does not allow it."""
         allowed = self.planner.settings.narrow == Narrow.ALLOW
         if not allowed or self.ways is None or not self.ways.strict:
@@ -112,7 +112,7 @@ class Leaving:
         return choose_by_rules(self.ruling, allowed, pick_among)  # fig. 7.1
 
     def choose(self, hazards: Hazards, *, strict: bool = True) -> Taken:
-        """The best candidate that leaves a way out; where none does, the best that is verified, and
+        """The best candidate that leaves an escape; where none does, the best that is verified, and
         where none is, the emergency rule's. Those come first that are clear of what moves for as
         long as any; of others, where something moves, only what leaves room to stop is good."""
         lasting = self.lasting(hazards)
@@ -137,7 +137,7 @@ class Leaving:
         return lasting_among(self.candidates, self.prepared, hazards.moving, margin_m)
 
     def room_ahead_m(self, way: WayOut) -> float:
-        """Distance from intruders on a way out that begins now, inf without any. A stop is looked
+        """Distance from intruders on an escape that begins now, inf without any. A stop is looked
         at for as long as it takes to leave it: who waits until what comes is a movement away has no
         time to move off."""
         ways, moving = self.ways, self.rated.hazards.moving
@@ -148,7 +148,7 @@ class Leaving:
     def _choose_among(
         self, allowed: Candidates, hazards: Hazards, *, strict: bool, stops: bool = False
     ) -> Taken:
-        """The same of some candidates. stops: only those count as good of which the way out after
+        """The same of some candidates. stops: only those count as good of which the escape after
         the first movement keeps the margin from intruders too."""
         run_over: Taken | None = None
         banned: list[str] = []
@@ -191,7 +191,7 @@ class Leaving:
         return Taken(best, banned=tuple(banned), leaves=self.ways is None)
 
     def after(self, ways: WaysOut, first: int, *, strict: bool) -> WayOut | None:
-        """The way out after a first movement: a fresh one, or the rest of the one in hand."""
+        """The escape after a first movement: a fresh one, or the rest of the held one."""
         way = ways.after(first, strict=strict)
         held = self.held
         if way is not None or held is None or ways.under_way is not None:
@@ -203,12 +203,12 @@ class Leaving:
         return ways.holds(held.after_one, after=first, strict=strict)
 
     def _is_run_over(self, first: int, way: WayOut) -> bool:
-        """Whether intruders come too near on the way out after a first movement."""
+        """Whether intruders come too near on the escape after a first movement."""
         whole = replace(way, begins=(self.name(first), *way.begins))
         return self.room_ahead_m(whole) < self.rated.near.margin_m
 
     def _may_be_flown(self, ways: WaysOut, node: int) -> bool:
-        """Whether the way to a node may be flown without a way out: the mission allows it, and its
+        """Whether the way to a node may be flown without an escape: the mission allows it, and its
         first half leads through seen space."""
         if not self._narrow_price_m < np.inf:
             return False

@@ -2,7 +2,7 @@
 
 What comes fast is met within one or two decisions' look ahead. A way that leaves the grid early
 ends before the intruder is there, and so seems free; decided anew every second, such ways lead up,
-down and up again, until none is left. So each is held against the intruder as if it were flown
+down and up again, until none is left. So each is checked against the intruder as if it were flown
 straight on, for as long as the longest way lasts, and ways on another side than the one begun come
 last. Obstacles that stand still are passed as they come: kept to a side, walls with gaps take half
 as long again.
@@ -143,7 +143,7 @@ def passing_rules(passings: Sequence[Passing], met: Meetings) -> tuple[Rule, ...
     return (Rule(SIDE, off_side), Rule(STEADILY, unsteady))
 
 
-def noted(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
+def note_passing(notes: Sequence[RuleNote]) -> tuple[RuleNote, ...]:
     """Notes of a mission's rules, and of these where they decided."""
     return tuple(note for note in notes if note.decided or note.name not in (SIDE, STEADILY))
 

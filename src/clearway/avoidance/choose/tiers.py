@@ -63,7 +63,7 @@ class Picked(NamedTuple):
 def in_order(candidates: Candidates, ratings: NodeRatings, keep_out: bool) -> tuple[Ints, Bools]:
     """[candidates] which come first, second, and so on, and whether ratings let these pass.
 
-    The cheapest come first, but what breaks rules last. keep_out: of coated cells too (def. 6).
+    The cheapest come first, but what breaks rules last. keep_out: of inflated cells too (def. 6).
     """
     order = np.argsort(candidates.cost_m, kind="mergesort")
     if np.any(candidates.broken):

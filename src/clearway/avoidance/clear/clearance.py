@@ -23,7 +23,7 @@ from clearway.base.rounding import SURELY
 from clearway.obstacles.obstacle import Shapes, shape_distance
 
 CIRCLE_SAMPLES = 96
-"""Points on a circle that shapes are held against; half their spacing is taken off."""
+"""Points on a circle that shapes are checked against; half their spacing is taken off."""
 NEARLY_M = 1e-6
 """More than what rounding does to a distance."""
 ROUNDING = 1e-12

@@ -2,7 +2,7 @@
 
 A path that crosses the vertical plane through an intruder's way where the intruder has yet to come
 forces it to pass behind; (6.8) halves its chances, so that the vehicle passes behind instead. Here
-each such crossing has a price.
+each such crossing has a cost.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ def _crossings(
             ahead[n] = False
             if at >= 0:
                 start_s, ahead[n] = end_time_s[at], ahead[at]
-                aside, along = _seen_from(samples[at, count - 1], start_s, p, u, nx, ny, nz)
+                aside, along = _project_on_way(samples[at, count - 1], start_s, p, u, nx, ny, nz)
             for q in range(count):
                 if ahead[n]:
                     break
                 time_s = start_s + (end_time_s[n] - start_s) * (q + 1) / count
-                aside1, along1 = _seen_from(samples[n, q], time_s, p, u, nx, ny, nz)
+                aside1, along1 = _project_on_way(samples[n, q], time_s, p, u, nx, ny, nz)
                 if aside * aside1 < 0.0:
                     share = aside / (aside - aside1)
                     # Square of the speed, times the time by which the intruder comes later.
@@ -68,7 +68,7 @@ def _crossings(
 
 
 @compiled
-def _seen_from(
+def _project_on_way(
     place: Floats,
     time_s: float,
     p: Floats,

@@ -41,7 +41,7 @@ from clearway.obstacles.some_shapes import distances_off, lay_out_shapes
 FEW = 40
 """Shapes up to which each that could be nearest is looked at."""
 ALIKE_M = 1e-3
-"""Metres by which a clearance among more of them may be told too small."""
+"""Metres by which a clearance among more of them may be reported too small."""
 ROUNDING_M = 1e-9
 """More metres than rounding takes from a distance."""
 
@@ -115,7 +115,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
     if best < stop:
         return best, 2, index
     # Among very many, what may be nearer by so much at most does not matter.
-    alike, least, many = ALIKE_M if _left(span, off, best) > FEW else -ROUNDING_M, best, 0
+    alike, least, many = ALIKE_M if _count_near(span, off, best) > FEW else -ROUNDING_M, best, 0
     crossings, crossing, size = crowd.crossings, 0, way_size(corners)
     for m in range(_note_nearer(span, off, best + ROUNDING_M, crowd.near)):
         s = crowd.near[m]
@@ -142,7 +142,7 @@ def clearance_among(span: Span, shapes: Shapes, crowd: Crowd, enough: float, sto
             least = min(least, bound)
             continue
         s = crowd.near[m]
-        # A little more than the best, so that of equals the first is told.
+        # A little more than the best, so that of equals the first is reported.
         distance = others_distance(corners, size, shapes, s, best + ROUNDING_M, crossings.local_m)
         if distance < best or (distance == best and s < index):
             best, index = distance, s
@@ -166,7 +166,7 @@ def _among_crossings(
 
 
 @compiled
-def _left(span: Span, off: Floats, best: float) -> int:
+def _count_near(span: Span, off: Floats, best: float) -> int:
     """How many shapes could be nearer than that to a movement, by the ball around it."""
     many = 0
     for s in range(len(off)):

@@ -26,7 +26,7 @@ from clearway.obstacles.rounded_box import distance_beyond, local_point
 
 STEEP = 1e6
 """Chords whose ends are not farther apart across the faces than so many times what rounding may
-take are searched one by one: which way a search goes would be told by rounding."""
+take are searched one by one: which way a search goes would be decided by rounding."""
 
 
 class Crossings(NamedTuple):

@@ -126,7 +126,7 @@ class Hazards:
 
 
 @compiled
-def grown_in_grid(
+def grow_into_grid(
     position: Floats2,
     radius: Floats,
     by: float,
@@ -147,7 +147,7 @@ def bin_points(position: Floats2, radius: Floats) -> PointBins:
     """Sort points [m, 3] with radii [m] into cubes."""
     count = len(radius)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    largest = _bound(position, radius, low, high)
+    largest = _fill_bounds(position, radius, low, high)
     if count == 0:
         low[:], high[:] = 0.0, 0.0
     width = np.max(high - low) / BINS_ACROSS
@@ -167,7 +167,7 @@ def bin_points(position: Floats2, radius: Floats) -> PointBins:
 
 
 @compiled
-def _bound(position: Floats2, radius: Floats, low: Floats, high: Floats) -> float:
+def _fill_bounds(position: Floats2, radius: Floats, low: Floats, high: Floats) -> float:
     """Fill in the lowest and highest corner of all; the largest radius."""
     largest = 0.0
     low_x, low_y, low_z = low[0], low[1], low[2]

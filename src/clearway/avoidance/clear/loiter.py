@@ -1,8 +1,8 @@
 """Room to circle, or to brake: whether a vehicle could stay where a trajectory takes it.
 
 One that cannot stop is lost in a dead end too narrow to turn round in. Level circles of its turning
-radius, to the left and to the right of a place, are held against the evidence: while one of them is
-free, as far as is known, there is always a way out. One with inertia needs as much room as it
+radius, to the left and to the right of a place, are checked against the evidence: while one of them
+is free, as far as is known, there is always an escape. One with inertia needs as much room as it
 takes to brake from the speed at which a trajectory ends: without, time to go from there is a guess.
 """
 
@@ -28,7 +28,8 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.reach.tree import SIDE, ReachSet
 
 EARLY_MOVEMENTS = 3
-"""Movements within which a way should have room to circle: later, much of the circle is unseen."""
+"""Movements within which a way should have room to circle: later, much of the circle is
+unobserved."""
 
 
 class Stops(NamedTuple):

@@ -1,7 +1,7 @@
-"""Verification of candidate trajectories against the coated evidence itself.
+"""Verification of candidate trajectories against the inflated evidence itself.
 
-Cells alone are too coarse to keep a margin: each movement of a reach set is held against every hit
-point and map shape, and against every intruder at the same instant of time. Clearance is the
+Cells alone are too coarse to keep a margin: each movement of a reach set is checked against every
+hit point and map shape, and against every intruder at the same instant of time. Clearance is the
 distance from the vehicle's centre to the surface of the evidence; a candidate passes where its
 clearance is at least the margin all along.
 """
@@ -70,7 +70,7 @@ def sloping(paths: Paths, slope: float) -> Paths:
 
 
 class Verification(NamedTuple):
-    """Outcome for candidates in the order in which they were held against the evidence."""
+    """Outcome for candidates in the order in which they were checked against the evidence."""
 
     chosen: int
     """Index of the first candidate that passes; -1 if none does."""
@@ -88,8 +88,8 @@ class Verification(NamedTuple):
 
 
 class KnownClearances:
-    """What was found of movements of some paths up to now, by what they were held against: who asks
-    again, or of other candidates, need not look at the same movement twice."""
+    """What was found of movements of some paths up to now, by what they were checked against: who
+    asks again, or of other candidates, need not look at the same movement twice."""
 
     def __init__(self, paths: Paths) -> None:
         self.paths = paths
@@ -98,8 +98,8 @@ class KnownClearances:
         """What `emergency.best_clearances` found, by hazards, margin and candidates."""
 
     def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
-        """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan where nobody
-        has looked. Whoever looks fills in."""
+        """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan through
+        unobserved space. Whoever looks fills in."""
         key = hazards, margin_m
         if key not in self._known:
             self._known[key] = np.full((len(self.paths.parent), 3), np.nan)
@@ -240,10 +240,10 @@ def first_clear_of(
     """The first of `candidates` (nodes, best first) that keeps the margin, and why not others.
 
     With a loiter, a trajectory out through the side must also leave room to circle at its end.
-    cost: [candidates] what they cost otherwise, ascending. price: [candidates] what it costs to
-    have no room to circle early on the way: such a one is taken only where all that have it cost as
-    much more, since what is entered without room to turn round may be a dead end; 0 for those that
-    need none. known: of the same hazards and margin, by `KnownClearances.at`.
+    cost: [candidates] what they cost otherwise, ascending. price: [candidates] what it
+    costs to have no room to circle early on the way: such a one is taken only where all that have
+    it cost as much more, since what is entered without room to turn round may be a dead end; 0 for
+    those that need none. known: of the same hazards and margin, by `KnownClearances.at`.
     """
     nodes, tried = len(paths.parent), len(candidates)
     circling = np.full((nodes, 3), np.nan)

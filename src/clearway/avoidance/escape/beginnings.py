@@ -46,7 +46,7 @@ class Begun(NamedTuple):
     posed: Int8s
     """[beginnings] whether the two are known."""
     placed: Floats2
-    """[beginnings, 5] by `placed_at`, but for rounding: to look places up."""
+    """[beginnings, 5] by `place_pose`, but for rounding: to look places up."""
     up: Ints
     """[beginnings] room for those before one."""
     tips: Tips
@@ -55,16 +55,16 @@ class Begun(NamedTuple):
     most_missing: int
     """So many may be."""
     spent_m: Floats
-    """[beginnings] metres of it that lead where nobody has looked, once that was found out."""
+    """[beginnings] metres of it that lead through unobserved space, once that was found out."""
 
 
 @compiled
-def begun_at(pose: Floats, start_s: float, tips: Tips, terms: EscapeTerms) -> Begun:
+def begin_at(pose: Floats, start_s: float, tips: Tips, terms: EscapeTerms) -> Begun:
     """The empty beginning, and room for the others."""
     count = len(tips.places)
     poses, times, posed = np.empty((count, 4)), np.empty(count), np.zeros(count, dtype=np.int8)
     placed = np.empty((count, 5))
-    poses[0], times[0], posed[0], placed[0] = pose, start_s, KEEPS, placed_at(pose, start_s, terms)
+    poses[0], times[0], posed[0], placed[0] = pose, start_s, KEEPS, place_pose(pose, start_s, terms)
     up, missing = np.empty(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     most, spent = terms.unseen_places, np.zeros(count)
     return Begun(poses, times, posed, placed, up, tips, missing, most, spent)
@@ -90,7 +90,7 @@ def wind_of(terms: EscapeTerms) -> Floats:
 
 
 @compiled
-def placed_at(pose: Floats, start_s: float, terms: EscapeTerms) -> Floats:
+def place_pose(pose: Floats, start_s: float, terms: EscapeTerms) -> Floats:
     """[5] world place of a pose at a time, cosine and sine of its yaw."""
     yaw, origin, placed = terms.yaw_rad, terms.origin_m, np.empty(5)
     cosine, sine = np.cos(yaw), np.sin(yaw)

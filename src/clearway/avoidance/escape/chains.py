@@ -1,4 +1,4 @@
-"""Chains of movements held against all that is known, and how far from intruders they lead."""
+"""Chains of movements checked against all that is known, and how far from intruders they lead."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def chain_keeps(
 ) -> bool:
     """Whether movements one after the other are safe, from an attitude and a pose [4].
 
-    What is quick to find out is looked at first: most chains fail in what nobody has seen.
+    What is quick to find out is looked at first: most chains fail in unobserved space.
     """
     chain = chain_for(len(movements), legs, terms.shapes)
     if not may_be_flown(movements, start, pose, start_s, legs, chain):
@@ -69,8 +69,8 @@ def chain_keeps(
 def chain_unseen_m(
     movements: Ints, legs: Legs, unseen: float, terms: EscapeTerms, chain: Chain, most: float
 ) -> float:
-    """Metres of a chain that lead through the unseen, or nearer to that; inf where these are more
-    than `most`."""
+    """Metres of a chain that lead through unobserved space, or nearer to that; inf where these are
+    more than `most`."""
     spent = 0.0
     for turn in range(len(movements)):
         n = _far_first(turn, len(movements))
@@ -84,7 +84,7 @@ def chain_unseen_m(
 
 
 @compiled
-def unobserved_along(
+def measure_unobserved(
     movements: Ints, start: int, pose: Floats, start_s: float, legs: Legs, terms: EscapeTerms
 ) -> float:
     """Metres of movements one after the other, from an attitude and a pose [4], about which nobody

@@ -1,4 +1,4 @@
-"""Looking for ways out at one decision, see `way_out`, with what is known at that moment."""
+"""Looking for escapes at one decision, see `way_out`, with what is known at that moment."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.escape.chains import chain_room, rounds
 from clearway.avoidance.escape.legs import (
     EscapeTerms,
-    carried,
+    carry_leg,
     leg_keeps,
     leg_room,
     leg_unseen_m,
@@ -43,11 +43,12 @@ STANDING = np.zeros(4)
 CLOSES_RAD = 1e-3
 """Attitude off those of the library by which its loops still close."""
 SURFACE = 1.0 + 0.5 * np.sqrt(3.0)
-"""Voxels before what is hit that beams may leave unseen, to their middles and in any direction."""
+"""Voxels before what is hit that beams may leave unobserved, to their middles and in any
+direction."""
 
 
 class WaysOut:
-    """Looks for ways out at one decision; what is found out is kept until it is over.
+    """Looks for escapes at one decision; what is found out is kept until it is over.
 
     under_way: the movement in the middle of which the decision is taken; None between two.
     """
@@ -116,7 +117,7 @@ class WaysOut:
         return self._full_m
 
     def for_less(self, share: float) -> WaysOut:
-        """The same for ways out that are verified for a share of the time, where they drift."""
+        """The same for escapes that are verified for a share of the time, where they drift."""
         less = copy(self)
         less._search = replace(self._search, lasts_s=share * self._search.lasts_s)
         less._after, less._left, less._now = {}, {}, {}
@@ -124,7 +125,7 @@ class WaysOut:
 
     @property
     def as_predicted(self) -> WaysOut | None:
-        """The same for ways out that are flown just as predicted; None where all are anyway."""
+        """The same for escapes that are flown just as predicted; None where all are anyway."""
         terms = self._terms
         if len(terms.tube_m) == 0 and terms.unsure_mps == 0.0:
             return None
@@ -144,7 +145,7 @@ class WaysOut:
 
     @property
     def drift(self) -> bool:
-        """Whether ways out from here come back only nearly to where they begin: in wind, and where
+        """Whether escapes from here come back only nearly to where they begin: in wind, and where
         the vehicle is tilted otherwise than its movements tilt it."""
         return self._search.drifts(self._legs)
 
@@ -156,7 +157,7 @@ class WaysOut:
         return {int(m): float(turns[m]) for m in np.flatnonzero(stands)}
 
     def room_m(self, way: WayOut, least_s: float = 0.0) -> float:
-        """Distance from intruders at equal times on the first round of a way out that begins now,
+        """Distance from intruders at equal times on the first round of an escape that begins now,
         and on as many more as take so long; no more than twice the margin."""
         terms, loop = self._terms, self._search.numbers(way.loop)
         again = rounds(loop, self._legs, least_s) if least_s > 0.0 else loop
@@ -165,12 +166,12 @@ class WaysOut:
         return float(chain_room(movements, at, STANDING, 0.0, self._legs, terms, most, -np.inf))
 
     def stands(self, way: WayOut) -> bool:
-        """Whether a way out is to stay where the vehicle is."""
+        """Whether an escape is to stay where the vehicle is."""
         paths = self._legs.path[self._start, self._search.numbers(way.movements), :, :3]
         return bool(np.abs(paths).max() <= 1e-9)
 
     def after(self, movement: int, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
-        """The way out from the end of a movement that begins now; None where there is none.
+        """The escape from the end of a movement that begins now; None where there is none.
 
         share: of the margin that it has to keep.
         """
@@ -181,7 +182,7 @@ class WaysOut:
         return self._after[key]
 
     def leaves(self, movement: int) -> bool:
-        """Whether there is a way out from the end of a movement that begins now, with the whole
+        """Whether there is an escape from the end of a movement that begins now, with the whole
         margin: of intruders depends which one is taken, not whether there is one."""
         asked = (movement, self.strict, 1.0)
         if asked in self._after:
@@ -203,8 +204,8 @@ class WaysOut:
         return self._first(Beginning(then, pose_after(STANDING, path), end_s, legs), terms)
 
     def aloof(self, movement: int) -> bool:
-        """Whether a movement that begins now keeps the margin from what nobody has seen, or as much
-        of it as is kept here; asked of who can stop and look, since others would find no way.
+        """Whether a movement that begins now keeps the margin from unobserved space, or as much of
+        it as is kept here; asked of who can stop and look, since others would find no way.
 
         What lies at something known counts as that. About the start, where nobody could look
         before, any movement does.
@@ -221,13 +222,13 @@ class WaysOut:
             return True
         legs, at, terms = self._legs, self._start, self._terms
         end_s = float(legs.duration_s[movement])
-        corners = carried(STANDING, legs.path[at, movement], (0.0, end_s), terms)
+        corners = carry_leg(STANDING, legs.path[at, movement], (0.0, end_s), terms)
         around_m = float(legs.sagitta_m[at, movement]) + unsure_after(end_s, terms)
         return bool(keeps_aloof(corners, around_m, share * self._full_m, self._surface_m, terms))
 
     @cached_property
     def _aloof_here(self) -> float:
-        """Share of the margin that is kept here from what nobody has seen."""
+        """Share of the margin that is kept here from unobserved space."""
         terms, here = self._terms, np.zeros((1, 3))
         start_m, free_m = terms.seen.start
         if np.linalg.norm(terms.origin_m - start_m) < free_m:
@@ -238,7 +239,7 @@ class WaysOut:
         return 0.0
 
     def now(self, *, strict: bool = True, share: float = 1.0) -> WayOut | None:
-        """A way out that begins now and keeps a share of the margin."""
+        """An escape that begins now and keeps a share of the margin."""
         if not self._closes:
             return None
         key = (strict and self.strict, share)
@@ -250,21 +251,21 @@ class WaysOut:
     def holds(
         self, way: WayOut, *, after: int | None = None, strict: bool = True, share: float = 1.0
     ) -> WayOut | None:
-        """A way out as it is known now, if it is still safe; after a movement, or from now on.
+        """An escape as it is known now, if it is still safe; after a movement, or from now on.
 
         share: of the margin that it has to keep.
         """
         terms = self._with(strict, share * self._full_m)
         begins = self._search.numbers(way.begins)
         if after is None:
-            return self._search.held(way, begins, self._here, terms)
-        return self._search.held(way, np.append(after, begins), self._here, terms, skipped=1)
+            return self._search.keep_held(way, begins, self._here, terms)
+        return self._search.keep_held(way, np.append(after, begins), self._here, terms, skipped=1)
 
-    def finished(
+    def finish_movement(
         self, way: WayOut | None, *, strict: bool = True, share: float = 1.0
     ) -> WayOut | None:
-        """A way out that begins with what is left of the movement under way: goes on with one that
-        is in hand after it, if that is still safe, or with a fresh one for None."""
+        """An escape that begins with what is left of the movement under way: goes on with one that
+        is held after it, if that is still safe, or with a fresh one for None."""
         under_way, terms = self.under_way, self._with(strict, share * self._full_m)
         if under_way is None:
             return None
@@ -283,7 +284,7 @@ class WaysOut:
         if way is None:
             found = self._first(there, terms)
         else:
-            found = self._search.held(way, self._search.numbers(way.begins), there, terms)
+            found = self._search.keep_held(way, self._search.numbers(way.begins), there, terms)
         if found is None:
             return None
         return replace(
@@ -335,8 +336,8 @@ class WaysOut:
     def after_flight(
         self, there: State, start_s: float, *, aloof: bool
     ) -> tuple[WayOut | None, bool]:
-        """The way out from where something ends that is no movement, so long from now, and whether
-        it is aloof: keeps the whole margin from what nobody has seen as well.
+        """The escape from where something ends that is no movement, so long from now, and whether
+        it is aloof: keeps the whole margin from unobserved space as well.
 
         aloof: such a one is looked for first; otherwise the first is taken that will do.
         """
@@ -372,7 +373,8 @@ class WaysOut:
         return self._search.first(at, terms, self._aloof_m(terms))[0]
 
     def _aloof_m(self, terms: EscapeTerms) -> FloatArray:
-        """Distances from the unseen, the best first: what shows there then costs no margin."""
+        """Distances from unobserved space, the best first: what shows there then costs no
+        margin."""
         if terms.must_see and terms.margin_m > terms.unseen_m:
             return np.array([terms.margin_m, terms.unseen_m])
         return np.array([terms.unseen_m])

@@ -1,7 +1,7 @@
-"""Escapes held against all that is known: single movements, compiled.
+"""Escapes checked against all that is known: single movements, compiled.
 
 Two distances count: the margin from what is known to stand somewhere, and the body's radius from
-what nobody has seen. Places are in the level frame of the decision: the vehicle's place, its yaw.
+unobserved space. Places are in the level frame of the decision: the vehicle's place, its yaw.
 """
 
 from __future__ import annotations
@@ -20,23 +20,24 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.sensors.observed.seen_space import SeenSpace, is_free
 
 GROWN_S = 10.0
-"""For how long what is unsure of wind and predictions adds up: then own states have told anew."""
+"""For how long what is unsure of wind and predictions adds up: then own state estimates have told
+anew."""
 Times = tuple[float, float]
 """When a movement begins and ends, s from the decision on."""
 
 
 class EscapeTerms(NamedTuple):
-    """What an escape is held against."""
+    """What an escape is checked against."""
 
     seen: SeenSpace
     must_see: bool
-    """Whether what nobody has seen counts as occupied."""
+    """Whether unobserved space counts as occupied."""
     unseen_m: float
     """Distance to be kept from that."""
     unobserved_m: float
     """Metres of an escape that may lead nearer to that, or through it."""
     unseen_places: int
-    """Ends of its movements that may, by which most that lead through more are told."""
+    """Ends of its movements that may, by which most that lead through more are found."""
     margin_m: float
     """Distance to be kept from what is known."""
     slope: float
@@ -88,7 +89,7 @@ def leg_room(samples: int, shapes: Shapes) -> LegRoom:
 
 
 @compiled
-def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Floats2:
+def carry_leg(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Floats2:
     """[samples + 1, 3] level frame: a movement [samples, 4] flown from a pose [4] and carried by
     the wind; poses are those in still air."""
     corners = np.empty((len(path) + 1, 3))
@@ -98,7 +99,7 @@ def carried(pose: Floats, path: Floats2, times: Times, terms: EscapeTerms) -> Fl
 
 @compiled
 def lay_out_leg(pose: Floats, path: Floats2, times: Times, wind: Floats, corners: Floats2) -> None:
-    """Fill in `carried`."""
+    """Fill in `carry_leg`."""
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])
     last = len(path)
     for axis in range(3):
@@ -223,8 +224,8 @@ def leg_unseen_m(
     room: LegRoom,
     most: float,
 ) -> float:
-    """Metres of it that lead through the unseen, or nearer to that; inf where these are more than
-    `most`."""
+    """Metres of it that lead through unobserved space, or nearer to that; inf where these are more
+    than `most`."""
     lay_out_leg(pose, path, times, terms.wind_mps, room.level_m)
     radius = sagitta + unsure_after(times[1], terms) + unseen
     return _way_unseen_m(room.level_m, radius, terms, most)

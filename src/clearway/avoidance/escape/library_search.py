@@ -1,4 +1,4 @@
-"""The search for one way out in the library's order, and one in hand verified again."""
+"""The search for one escape in the library's order, and one held verified again."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from clearway.avoidance.escape.beginnings import Tips, tips_of
 from clearway.avoidance.escape.chains import (
     chain_corners,
     chain_keeps,
+    measure_unobserved,
     rounds,
-    unobserved_along,
 )
 from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.avoidance.escape.places import loop_places
@@ -32,7 +32,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 
 class Beginning(NamedTuple):
-    """Where and when a way out begins."""
+    """Where and when an escape begins."""
 
     attitude: int
     """One of the library's."""
@@ -58,7 +58,7 @@ class LaidOut(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _laid_out(library: EscapeLibrary, attitude: int) -> LaidOut:
+def _lay_out(library: EscapeLibrary, attitude: int) -> LaidOut:
     """Those of a library, where movements lead from its attitudes: the same at all decisions."""
     return LaidOut.of(library.ways[attitude], library.legs)
 
@@ -71,7 +71,7 @@ class WayOutSearch:
     windy: bool
     speed_mps: float
     lasts_s: float
-    """For how long ways out are verified that drift."""
+    """For how long escapes are verified that drift."""
     strict: bool
     """Whether they have to lead through what was seen to be free to be certain."""
     near: TooNear
@@ -81,8 +81,8 @@ class WayOutSearch:
     _laid_out: dict[tuple[int, int], tuple[Legs, LaidOut]] = field(default_factory=dict)
 
     def drifts(self, legs: Legs) -> bool:
-        """Whether ways out come back only nearly to where they begin: in wind, and where the
-        vehicle is tilted otherwise than its movements tilt it."""
+        """Whether escapes come back only nearly to where they begin: in wind, and where the vehicle
+        is tilted otherwise than its movements tilt it."""
         return self.windy or not self.library.closes_along(legs)
 
     def numbers(self, names: Iterable[str]) -> IntArray:
@@ -93,10 +93,10 @@ class WayOutSearch:
     def first(
         self, at: Beginning, terms: EscapeTerms, from_unseen_m: FloatArray
     ) -> tuple[WayOut | None, float]:
-        """The first way out, and which of some distances it keeps from what nobody has seen."""
+        """The first escape, and which of some distances it keeps from unobserved space."""
         attitude, pose, start_s, legs = at
         terms = self._lasting(terms, legs)
-        ways, loops, tips = self._searched(attitude, float(pose[3]), legs, terms.wind_mps)
+        ways, loops, tips = self._lay_out_from(attitude, float(pose[3]), legs, terms.wind_mps)
         for held_to in _strict_first(terms):
             # Where a budget is spent, the body's distance will do.
             keeps_m = from_unseen_m[-1:] if held_to.unobserved_m > 0.0 else from_unseen_m
@@ -111,18 +111,20 @@ class WayOutSearch:
         lasts_s = _for_s(terms)
         found = WayOut(begins, loop, held_to.margin_m, certain, room_m, lasts_s, leads=leads)
         whole = (self.numbers(begins), rounds(self.numbers(loop), legs, terms.least_s))
-        return replace(found, unobserved_m=_unobserved_m(np.concatenate(whole), at, terms)), kept_m
+        return replace(
+            found, unobserved_m=_measure_unobserved_m(np.concatenate(whole), at, terms)
+        ), kept_m
 
-    def held(
+    def keep_held(
         self, way: WayOut, begins: IntArray, at: Beginning, terms: EscapeTerms, skipped: int = 0
     ) -> WayOut | None:
-        """A way out in hand, if it is still safe.
+        """A held escape, if it is still safe.
 
         begins: movements before its loop. skipped: so many of them are flown before it begins.
         """
         terms = self._lasting(terms, at.legs)
         loop = self.numbers(way.loop)
-        whole = np.concatenate([begins, flown_for(loop, at.legs, terms.least_s)])
+        whole = np.concatenate([begins, repeat_loop(loop, at.legs, terms.least_s)])
         about = (whole, at.attitude, at.pose, at.start_s, at.legs)
         kept = (one.margin_m for one in _strict_first(terms) if chain_keeps(*about, one))
         margin_m = next(kept, None)
@@ -130,7 +132,7 @@ class WayOutSearch:
             return None
         names = self.library.automaton.names
         leads = self._path((*(names[m] for m in begins), *way.loop), at, terms, skipped)
-        unobserved_m = _unobserved_m(whole, at, terms)
+        unobserved_m = _measure_unobserved_m(whole, at, terms)
         return replace(
             way,
             margin_m=margin_m,
@@ -139,11 +141,13 @@ class WayOutSearch:
             unobserved_m=unobserved_m,
         )
 
-    def _searched(self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray) -> LaidOut:
+    def _lay_out_from(
+        self, attitude: int, yaw_rad: float, legs: Legs, wind_mps: FloatArray
+    ) -> LaidOut:
         """Escapes from an attitude, and where they lead, where places of them are looked up."""
         ways, tips = self.library.ways[attitude], None
         if legs is self.library.legs:
-            laid_out = _laid_out(self.library, attitude)
+            laid_out = _lay_out(self.library, attitude)
             if not self.windy:
                 return laid_out
             tips = laid_out.tips
@@ -169,7 +173,7 @@ class WayOutSearch:
         return terms._replace(least_s=self.lasts_s) if self.drifts(legs) else terms
 
 
-def flown_for(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
+def repeat_loop(loop: IntArray, legs: Legs, least_s: float) -> IntArray:
     """A loop as often as it takes to fly for so long; of one that drifts, no more than that."""
     ends_s = np.cumsum(legs.duration_s[loop])
     if 0.0 < least_s < ends_s[-1]:
@@ -188,7 +192,7 @@ def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
 
     Nothing is spent of a budget where one is all seen. Where it is, the body keeps off all that is
     known, however little of the margin is asked for: what was seen to be free is that far from
-    anything, what nobody has seen is not. Less than that is better than nothing verified.
+    anything, unobserved space is not. Less than that is better than nothing verified.
     """
     if not (terms.must_see and terms.unobserved_m > 0.0):
         return (terms,)
@@ -198,12 +202,12 @@ def _strict_first(terms: EscapeTerms) -> tuple[EscapeTerms, ...]:
     return all_seen, terms._replace(margin_m=terms.unseen_m), terms
 
 
-def _unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:
+def _measure_unobserved_m(movements: IntArray, at: Beginning, terms: EscapeTerms) -> float:
     """Return the metres of an escape that cross unobserved space, 0 where none may."""
     if not (terms.must_see and terms.unobserved_m > 0.0):
         return 0.0
     about = (at.attitude, at.pose, at.start_s, at.legs, terms)
-    return float(unobserved_along(movements, *about))
+    return float(measure_unobserved(movements, *about))
 
 
 def _for_s(terms: EscapeTerms) -> float:

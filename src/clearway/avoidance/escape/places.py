@@ -20,7 +20,7 @@ NEARLY = 0.9
 @compiled
 def loop_places(ways: Ways, legs: Legs) -> Floats2:
     """[..., 4] where and when each movement of each loop ends, from the loop's start at yaw 0; of
-    each loop those half way round first, since most that lead where nobody has looked do so
+    each loop those half way round first, since most that lead through unobserved space do so
     there."""
     places = np.empty((len(ways.loop_movement), 4))
     poses = np.empty((2, 4))
@@ -58,7 +58,7 @@ def places_were_seen(
     """Whether places first to last of a loop were seen but for so many, in one round of it.
 
     placed: where the loop begins, by `_placed_at`. wind: [3] in the world. The places alone are
-    looked up, with a radius: quick to tell that a loop leads where nobody has looked, which most
+    looked up, with a radius: quick to tell that a loop leads through unobserved space, which most
     do.
     """
     x0, y0, z0, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
@@ -83,7 +83,8 @@ def places_are_clear(
     terms: EscapeTerms,
 ) -> bool:
     """Whether no return lies much nearer than the margin to places first to last of a loop that
-    begins at a pose [4] and a time: most loops that lead into a wall are told by one of them."""
+    begins at a pose [4] and a time: most loops that lead into a wall are found by one of
+    them."""
     bins, wind, g = terms.bins, terms.wind_mps, terms.grid_from_level
     within = NEARLY * terms.margin_m
     cosine, sine = np.cos(pose[3]), np.sin(pose[3])

@@ -10,9 +10,9 @@ from clearway.avoidance.escape.beginnings import (
     UNKNOWN,
     Begun,
     Tips,
+    begin_at,
     begin_keeps_margin,
     begin_was_seen,
-    begun_at,
     lead_up_to,
     miss_beginning,
     place_beginning,
@@ -47,8 +47,8 @@ MOST_COMPARED = 6
 LONGEST = 32
 """Movements of a loop that there is room for from the beginning."""
 FEW = 8
-"""Loops that are held against all that is known at once; of more, first against returns near their
-places: most of those that fail then are told by these."""
+"""Loops that are checked against all that is known at once; of more, first against returns near
+their places: most of those that fail then are found by these."""
 HERE = np.zeros((1, 4))
 """No loop, but the place where it would begin."""
 
@@ -87,17 +87,17 @@ def first_escape(
     wide: WideSpace,
 ) -> tuple[int, float, float]:
     """The first escape that is safe from an attitude and a pose [4], its room from intruders, and
-    the distance that it keeps from what nobody has seen.
+    the distance that it keeps from unobserved space.
 
-    places: of the loops, by `loop_places`. aloof_m: distances to be kept from what nobody has seen,
-    in place of that of the terms; a later one only where those before leave nothing. Among
-    intruders the best of a few; -1 if none is safe.
+    places: of the loops, by `loop_places`. aloof_m: distances to be kept from unobserved space, in
+    place of that of the terms; a later one only where those before leave nothing. Among intruders
+    the best of a few; -1 if none is safe.
 
     What is quick to find out is looked at first, and what does not depend on the distance once. Of
     beginnings whose ends nobody has seen, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
-    begun = begun_at(pose, start_s, tips, terms)
+    begun = begin_at(pose, start_s, tips, terms)
     wind, chain = wind_of(terms), chain_for(LONGEST, legs, terms.shapes)
     clear = np.zeros(count, dtype=np.int8)  # Whether a beginning keeps the margin.
     clear[0] = KEEPS
@@ -185,9 +185,9 @@ def _first_seen(
     wide: WideSpace,
 ) -> int:
     """The first from an escape on that nothing known or quickly found out rules out, so far from
-    what nobody has seen; their number if there is none.
+    unobserved space; their number if there is none.
 
-    Of a beginning that leads where nobody has looked no more loops are looked at: there are many.
+    Of a beginning that leads through unobserved space no more loops are looked at: there are many.
     """
     radius, escapes = NEARLY * unseen, len(ways.begins)
     e, steps = escape, steps_within(wide, radius, terms)
@@ -240,7 +240,7 @@ def _first_clear(
     room: LegRoom,
     near: TooNear,
 ) -> int:
-    """Likewise where what nobody has seen is free: by the returns near its places."""
+    """Likewise where unobserved space is free: by the returns near its places."""
     e, escapes = escape, len(ways.begins)
     while e < escapes:
         begin = ways.begins[e]
@@ -373,7 +373,7 @@ def _is_clear_of_returns(
 
 @compiled
 def _is_clear(placed: Floats, unseen: float, terms: EscapeTerms) -> bool:
-    """Whether about a place, by `placed_at`, so much was seen: quick to tell that what begins or
+    """Whether about a place, by `place_pose`, so much was seen: quick to tell that what begins or
     ends there did not."""
     x, y, z = placed[0], placed[1], placed[2]
     return is_free(terms.seen, x, y, z, NEARLY * unseen)

@@ -1,4 +1,4 @@
-"""How near a movement comes to what nobody has seen, of who can stop and look instead.
+"""How near a movement comes to unobserved space, of who can stop and look instead.
 
 For a vehicle that cannot, the body's radius has to do (`escape_legs`): with the margin on both
 sides of what it has seen it would find no loop. One that can stop loses nothing by looking first,
@@ -24,7 +24,7 @@ Ball = tuple[float, float, float, float]
 def keeps_aloof(
     corners: Floats2, sagitta: float, aloof: float, surface: float, terms: EscapeTerms
 ) -> bool:
-    """Whether a way through corners [n, 3], level frame, stays so far from what nobody has seen.
+    """Whether a way through corners [n, 3], level frame, stays so far from unobserved space.
 
     surface: within how far of what is known to stand there that counts as part of it, since beams
     clear nothing up to what they hit; from that the margin is kept anyway.

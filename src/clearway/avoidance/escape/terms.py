@@ -1,4 +1,4 @@
-"""By what ways out are verified at one decision: what was seen and what is in the way, how far the
+"""By what escapes are verified at one decision: what was seen and what is in the way, how far the
 vehicle may stray, where wind carries it and for how long that is looked at."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from clearway.sensors.observed.seen_space import NOTHING_SEEN
 from clearway.vehicle.automaton import MovementAutomaton
 
 IN_WIND_TURNS = 2.0
-"""Full circles' worth of time for which a way out is verified where wind carries it."""
+"""Full circles' worth of time for which an escape is verified where wind carries it."""
 STANDING_TURN = 12.0
 """Movements that count as a full circle for a vehicle that can turn on the spot."""
 
@@ -40,7 +40,7 @@ def make_escape_terms(
         strict,
         settings.body_radius_m + grown,
         budget_m,
-        unseen_places(budget_m, library.automaton),
+        count_unobserved_places(budget_m, library.automaton),
         near.margin_m,
         margin_slope(settings, situation),
         state.position_m,
@@ -57,7 +57,7 @@ def make_escape_terms(
     )
 
 
-def unseen_places(budget_m: float, automaton: MovementAutomaton) -> int:
+def count_unobserved_places(budget_m: float, automaton: MovementAutomaton) -> int:
     """Return how many ends of movements an escape may have in unobserved space.
 
     Between two of them the way between counts as not seen: a first look, which passes over some
@@ -68,7 +68,7 @@ def unseen_places(budget_m: float, automaton: MovementAutomaton) -> int:
 
 @lru_cache(maxsize=64)
 def in_wind_s(library: EscapeLibrary) -> float:
-    """For how long ways out are verified where wind carries them."""
+    """For how long escapes are verified where wind carries them."""
     automaton = library.automaton
     radius = automaton.turning_radius_m
     if np.isfinite(radius) and automaton.fastest_mps > 0.0:
@@ -76,8 +76,8 @@ def in_wind_s(library: EscapeLibrary) -> float:
     return IN_WIND_TURNS * STANDING_TURN * max(each.duration_s for each in automaton.movements)
 
 
-def carried_m(planner: Planner, situation: Situation | Here) -> float:
-    """How far wind, or a tilt that no loop closes with, may carry a way out."""
+def limit_carried_m(planner: Planner, situation: Situation | Here) -> float:
+    """How far wind, or a tilt that no loop closes with, may carry an escape."""
     library = planner.escapes
     if library is None:
         return 0.0

@@ -1,5 +1,5 @@
 """Voxels about the vehicle that have seen ones all round them: a search that goes on for long looks
-places up in them first, of which most lie too near to what nobody has seen."""
+places up in them first, of which most lie too near to unobserved space."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.state import BoolArray, IntArray
 from clearway.traffic.intruder import Intruder
-from clearway.traffic.volumes.interval import shared_interval
+from clearway.traffic.volumes.interval import find_shared_interval
 from clearway.traffic.volumes.volume import AirVolume, AlertLevel, VolumeSet
 from clearway.vehicle.performance import Performance
 
@@ -298,5 +298,5 @@ def _enters(
     growth: float,
     within: float,
 ) -> bool:
-    begins, ends = shared_interval(x, y, z, vx, vy, vz, radius, height, tau, growth, within)
+    begins, ends = find_shared_interval(x, y, z, vx, vy, vz, radius, height, tau, growth, within)
     return begins <= ends

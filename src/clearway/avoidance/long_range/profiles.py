@@ -69,7 +69,7 @@ def profiles(
 
     only_wanted: the first of each alone.
     """
-    speed, first_climb, begins = _offered(wanted.speed_mps, performance)
+    speed, first_climb, begins = _offer(wanted.speed_mps, performance)
     both = np.empty((2, COURSES))
     both[:, :-1] = wanted.course_rad + _AROUND_RAD
     both[:, -1] = motion.course_rad
@@ -106,9 +106,7 @@ _AROUND_RAD = np.concatenate([[0.0], 2.0 * np.pi * np.arange(1, COURSES - 1) / (
 
 
 @lru_cache(maxsize=16)
-def _offered(
-    speed_mps: float, performance: Performance
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _offer(speed_mps: float, performance: Performance) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Speeds [level], climbs and when these begin [climbs]: the same at every decision."""
     rates = np.array([1.0, 0.75, 0.5, 0.25])
     climb = np.concatenate(

@@ -59,7 +59,7 @@ class RatedProfiles(NamedTuple):
     """[volumes, level, climbs] of being inside at the worst moment."""
 
 
-def rated(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> RatedProfiles:
+def rate_profiles(ways: Profiles, others: Sequence[Other], volumes: VolumeSet) -> RatedProfiles:
     """The worst of all others for tiers; probabilities as of independent ones."""
     level, climbs = len(ways.level_m), len(ways.height_m)
     shapes = _shapes(volumes)

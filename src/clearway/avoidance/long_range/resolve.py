@@ -15,7 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, RatedProfiles, rated
+from clearway.avoidance.long_range.rating import Other, RatedProfiles, rate_profiles
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.performance import Performance
@@ -154,15 +154,15 @@ def resolve(
     prices = prices or RiskPrices()
     if before is None or not before.avoids:
         ways = profiles(motion, wanted, performance, floor_m, ceiling_m, only_wanted=True)
-        found = rated(ways, others, volumes)
+        found = rate_profiles(ways, others, volumes)
         if not found.tier[0, 0] and float(found.probability[0, 0, 0]) < QUIET:
-            return told_of(ways, found, wanted, 0, 0)
+            return describe_pair(ways, found, wanted, 0, 0)
     ways = profiles(motion, wanted, performance, floor_m, ceiling_m)
-    found = rated(ways, others, volumes)
+    found = rate_profiles(ways, others, volumes)
     cost = _cost(ways, found, wanted, performance, volumes, before, prices)
     best = int(np.argmin(cost))
     level, climb = divmod(best, cost.shape[1])
-    return told_of(ways, found, wanted, level, climb)
+    return describe_pair(ways, found, wanted, level, climb)
 
 
 def _cost(
@@ -203,7 +203,7 @@ def _cost(
     return cost
 
 
-def told_of(
+def describe_pair(
     ways: Profiles, found: RatedProfiles, wanted: Wanted, level: int, climb: int
 ) -> LongRangeChoice:
     """What a pair of profiles is, in numbers and words."""

@@ -2,7 +2,7 @@
 
 What LiDAR, map and near traffic leave clear ends on some course, at some speed, climbing or not.
 Each such end gets what the long range says of flying on like that: the nested volumes that it leads
-into forbid it, the outermost least of all, and its risk is a price. So metres and kilometres decide
+into forbid it, the outermost least of all, and its risk is a cost. So metres and kilometres decide
 together: round a tree on the side on which an aircraft is passed.
 """
 
@@ -15,14 +15,14 @@ from functools import cached_property, partial
 import numpy as np
 
 from clearway.avoidance.long_range.profiles import Motion, Profiles, Wanted, profiles
-from clearway.avoidance.long_range.rating import Other, RatedProfiles, rated
+from clearway.avoidance.long_range.rating import Other, RatedProfiles, rate_profiles
 from clearway.avoidance.long_range.resolve import (
     SMALL_TURN_RAD,
     LongRangeChoice,
     PassingSide,
     RiskPrices,
     Sense,
-    told_of,
+    describe_pair,
 )
 from clearway.avoidance.plan.situation import Situation
 from clearway.avoidance.rate.goal import Goal
@@ -64,7 +64,7 @@ class LongRange:
     now_s: float = 0.0
 
     def rules(self, unit_m: float) -> tuple[Rule, ...]:
-        """A rule for each nested volume, the innermost the most important, and the price of risk.
+        """A rule for each nested volume, the innermost the most important, and the cost of risk.
 
         unit_m: what turning right round costs.
         """
@@ -80,10 +80,10 @@ class LongRange:
         rules.insert(-1 if self._has_been_worse else 1, Rule(BEGUN, partial(_leaves, self._leaves)))
         return (*rules, Rule(RISK, partial(_prices, unit_m * self._risk_price())))
 
-    def told(self, node: int) -> LongRangeChoice:
+    def describe_node(self, node: int) -> LongRangeChoice:
         """What flying to a node comes to at long range."""
         level, climb = int(self.level[node]), int(self.climb[node])
-        choice = told_of(self.ways, self.found, self.wanted, level, climb)
+        choice = describe_pair(self.ways, self.found, self.wanted, level, climb)
         side, sense = choice.side, choice.sense
         since = None if self._leaves[node] else self._worse_since_s
         if self.before is not None and choice.wanted_tier:
@@ -144,7 +144,7 @@ def long_range(
     prices: RiskPrices | None = None,
     heights_m: tuple[float, float] = (-math.inf, math.inf),
 ) -> LongRange | None:
-    """The long range of a decision; None where nobody is heard of.
+    """The long range of a decision; None where nothing is reported.
 
     heights_m: lowest and highest that are flown at.
     """
@@ -164,7 +164,7 @@ def long_range(
     able = replace(performance, reaction_s=0.0)
     lowest_m = float(max(heights_m[0], situation.floor_m))
     ways = profiles(motion, wanted, able, lowest_m, heights_m[1])
-    found = rated(ways, others, volumes)
+    found = rate_profiles(ways, others, volumes)
     level, climb = _ends(reach_set, ways, course, performance)
     return LongRange(ways, found, wanted, volumes, level, climb, before, prices, state.time_s)
 

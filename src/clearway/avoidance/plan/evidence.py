@@ -15,7 +15,7 @@ from clearway.avoidance.clear.hazards import (
     Hazards,
     MovingHazards,
     PointHazards,
-    grown_in_grid,
+    grow_into_grid,
     no_shapes,
     nothing_moving,
 )
@@ -106,10 +106,10 @@ def gather_in_reach(
     intruders, moving = NOBODY_NEAR, NOTHING_MOVING
     if situation.intruders:
         reports = Intruders.of(situation.intruders)
-        intruders = reports.seen_at(situation.state, frame.world_from_grid)
+        intruders = reports.see_at(situation.state, frame.world_from_grid)
         within_s = max(range_m / terms.speed_mps, horizon_s)
         moving = _moving(reports, intruders, situation.state.time_s, settings.sigmas, within_s)
-    left_out_m = min(points_left_out_m, _left_out_m(situation, shapes, within_m))
+    left_out_m = min(points_left_out_m, _find_nearest_left_out_m(situation, shapes, within_m))
     hazards = Hazards(points, shapes, moving, left_out_m)
     return InReach(frame, margin, hazards, intruders)
 
@@ -186,7 +186,7 @@ def _shapes_near(situation: Situation, grid: AvoidanceGrid, within_m: float) -> 
     return situation.obstacle_map.in_grid(frame.origin_m, frame.world_from_grid, grid, beyond_m)
 
 
-def _left_out_m(situation: Situation, near: Shapes, within_m: float) -> float:
+def _find_nearest_left_out_m(situation: Situation, near: Shapes, within_m: float) -> float:
     """At most the distance of the nearest map shape that is out of reach; inf without any."""
     known = situation.obstacle_map
     if known is None or len(known) == len(near.radius_m):
@@ -211,7 +211,7 @@ def _points(
     if remembered is not None:
         balls = make_plain_array(remembered.position_m), make_plain_array(remembered.radius_m)
         origin, rotation = read_only(frame.origin_m), read_only(frame.world_from_grid)
-        return grown_in_grid(*balls, float(noise_m), origin, rotation), np.inf
+        return grow_into_grid(*balls, float(noise_m), origin, rotation), np.inf
     place = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in situation.detections)])
     radius = np.concatenate([np.zeros(0), *(d.radius_m for d in situation.detections)])
     away = np.sqrt(np.einsum("ij,ij->i", place, place)) - radius - noise_m
@@ -228,8 +228,8 @@ def _moving(
 ) -> MovingHazards:
     """Intruders as balls that grow with time by all that they may deviate.
 
-    reports: as they were told; seen: at the decision time, in the grid frame. What a report's age
-    adds is there from the start.
+    reports: as they were reported; seen: at the decision time, in the grid frame. What a report's
+    age adds is there from the start.
     """
     radius, growth = reports.balls(seen.velocity_mps, time_s, sigmas, horizon_s)
     return MovingHazards(

@@ -1,4 +1,4 @@
-"""The way out: what a decision holds in hand so that no later decision is needed to stay safe.
+"""The escape: what a decision holds so that no later decision is needed to stay safe.
 
 A trajectory is good only as far as it is known, and a plan that ends before a wall is a promise
 that somebody will think of something. So every decision takes along an escape: movements, and then
@@ -22,22 +22,23 @@ from clearway.base.brief import one_line, runs
 from clearway.base.frames import FloatArray
 
 LESSER_MARGINS = (0.75, 0.5, 0.25, 0.0)
-"""Shares of the margin at which the escape in hand is still flown before anything unverified."""
+"""Shares of the margin at which the held escape is still flown before anything unverified."""
 
 
 class Escape(StrEnum):
-    """What must be known of a way out."""
+    """What must be known of an escape."""
 
     STRICT = "strict"
     """It leads through space that was seen to be free: no collision with what stands still."""
     BUDGETED = "budgeted"
     """As strict while that finds one; else up to `AvoidanceSettings.unobserved_m` metres of it may
-    lead where nobody has looked. What was seen or mapped to stand is kept clear of all the same."""
+    lead through unobserved space. What was seen or mapped to stand is kept clear of all the
+    same."""
     MAPPED = "mapped"
     """As strict, but where a map is declared complete nothing needs to be seen."""
     KNOWN = "known"
-    """It keeps clear of what is known; what nobody has seen counts as free. A flight whose sensors
-    see enough is strict first, until that leads no further (`live.recovery.risk_level`)."""
+    """It keeps clear of what is known; unobserved space counts as free. A flight whose sensors see
+    enough is strict first, until that leads no further (`live.recovery.risk_level`)."""
     OFF = "off"
     """None is asked for."""
 
@@ -49,13 +50,13 @@ SEES = (*BY_SIGHT, Escape.MAPPED)
 
 
 class Narrow(StrEnum):
-    """What becomes of places that leave no way out because a vehicle cannot turn there."""
+    """What becomes of places that leave no escape because a vehicle cannot turn there."""
 
     REFUSE = "refuse"
-    """They are entered only where a way out leads on through them."""
+    """They are entered only where an escape leads on through them."""
     ALLOW = "allow"
-    """They are flown through, without one, where every way that leaves one is longer by the price
-    of no room to turn."""
+    """They are flown through, without one, where every way that leaves one is longer by the cost of
+    no room to turn."""
 
 
 class UnderWay(NamedTuple):
@@ -84,7 +85,7 @@ class WayOut:
     """Whether it is what was asked for; in strict mode, whether it was seen to be free."""
     room_m: float = np.inf
     """Distance from intruders on the first round, no more than twice the margin; inf without any,
-    and where nobody has looked."""
+    and through unobserved space."""
     for_s: float = np.inf
     """For how long it was verified: for ever where it comes back to where it began, which wind does
     not allow."""
@@ -93,7 +94,7 @@ class WayOut:
     under_way_s: float | None = None
     """What is left of its first movement, where that is being flown already; else None."""
     unobserved_m: float = 0.0
-    """Metres of it that lead where nobody has looked; 0 where none may."""
+    """Metres of it that lead through unobserved space; 0 where none may."""
     leads: Callable[[], FloatArray] = field(default=nowhere, repr=False)
     """Tells `path_m`."""
 

@@ -56,10 +56,10 @@ def look_up_tube(automaton: MovementAutomaton, reach_set: ReachSet) -> FloatArra
     return np.maximum(ends, np.where(reach_set.parent >= 0, ends[reach_set.parent], ends))
 
 
-def suited_prices(
+def suit_prices(
     settings: AvoidanceSettings, automaton: MovementAutomaton, grid: AvoidanceGrid
 ) -> Prices:
-    """Return the prices of the settings, as they suit a vehicle and its field of view."""
+    """Return the cost weights of the settings, as they suit a vehicle and its field of view."""
     lowest, highest = grid.elevation_edges_rad[[0, -1]].tolist()
     return settings.prices.suited(
         lopsided=not np.isclose(lowest, -highest),
@@ -137,7 +137,7 @@ class Planner:
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
-        prices = suited_prices(settings, automaton, library.grid)
+        prices = suit_prices(settings, automaton, library.grid)
         if automaton.has_inertia:
             if stage_cost is length_and_prices:
                 stage_cost = partial(time_flown_m, automaton=automaton)
@@ -178,7 +178,7 @@ class Planner:
             rating=rating,
         )
 
-    def changed(self, **settings: Any) -> Planner:
+    def with_values(self, **settings: Any) -> Planner:
         """The same planner with other values of its settings, but for `prices`, which are part of
         the prepared costs already."""
         return replace(self, settings=replace(self.settings, **settings))
@@ -204,7 +204,7 @@ class Planner:
     @cached_property
     def prices(self) -> Prices:
         """Those of the settings, as they suit the vehicle."""
-        return suited_prices(self.settings, self.automaton, self.grid)
+        return suit_prices(self.settings, self.automaton, self.grid)
 
     @property
     def threshold(self) -> float:
@@ -243,7 +243,7 @@ class Planner:
         longest = max(float(one.reach_set.end_time_s.max()) for _, one in sets)
         return max(self.grid.range_m / self.speed_mps, longest)
 
-    def prepared_at(self, state: State) -> PreparedReachSet:
+    def prepare_at(self, state: State) -> PreparedReachSet:
         """The reach set whose start pitch is nearest, flown from the true attitude.
 
         What is verified is then what is flown, from whatever attitude.
@@ -252,9 +252,9 @@ class Planner:
         classes = self.automaton.classes
         if classes is not None:  # Rooted in each class already.
             return self.prepared_sets[classes.class_at(roll)][1]
-        return self.prepared(pitch).flown_from(self.automaton, roll, pitch)
+        return self.prepare(pitch).flown_from(self.automaton, roll, pitch)
 
-    def prepared(self, pitch_rad: float) -> PreparedReachSet:
+    def prepare(self, pitch_rad: float) -> PreparedReachSet:
         """The reach set whose start pitch is nearest; the flatter one of two."""
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))

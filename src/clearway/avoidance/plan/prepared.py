@@ -18,8 +18,8 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import RANGE_TOLERANCE
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.drifted import drifted
-from clearway.reach.flown import AttitudeTurns, flown_from, is_flown, turns_of
+from clearway.reach.drifted import drift_reach_set
+from clearway.reach.flown import AttitudeTurns, fly_reach_set, is_flown, turns_of
 from clearway.reach.tree import SIDE, ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -32,7 +32,7 @@ LEADS_ON = 0.5
 class PreparedReachSet:
     """A reach set with what every decision needs of it, worked out once.
 
-    Built for one of few start pitches; `flown_from` says where the same movements lead from the
+    Built for one of few start pitches; `fly_reach_set` says where the same movements lead from the
     attitude that the vehicle really has.
     """
 
@@ -127,7 +127,7 @@ class PreparedReachSet:
         """
         if not any(wind_mps.tolist()):
             return self
-        carried = drifted(self.reach_set, wind_mps)
+        carried = drift_reach_set(self.reach_set, wind_mps)
         paths = paths_of(carried, self.tube_m)
         paths = paths._replace(sagitta_m=paths.sagitta_m + unsure_mps * paths.end_time_s)
         return replace(
@@ -144,9 +144,9 @@ class PreparedReachSet:
         """The same trajectories from a true attitude; cells and costs of movements stay."""
         if is_flown(self.reach_set, automaton, roll_rad, pitch_rad):
             return self
-        flown, flyable = flown_from(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
+        flown, flyable = fly_reach_set(self.reach_set, self.turns, automaton, roll_rad, pitch_rad)
         if automaton.classes is not None:  # Rooted at another previous movement: other cells too.
-            flown = drifted(flown, CALM)
+            flown = drift_reach_set(flown, CALM)
         return replace(
             self,
             reach_set=flown,

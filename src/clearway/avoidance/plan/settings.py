@@ -49,7 +49,7 @@ class EvidenceSettings:
     sigmas: float = 3.0
     """Standard deviations of the own position by which the margin grows."""
     own_drift_mps: float = 0.05
-    """Growth of the margin with the age of the own state."""
+    """Growth of the margin with the age of the own state estimate."""
     point_sigmas: float = 2.0
     """Standard deviations of the range by which a hit point grows."""
     intruder_models: tuple[str, ...] = ("line", "spread")
@@ -98,16 +98,15 @@ class AvoidanceSettings(EvidenceSettings):
     smallest_object_m: float | None = None
     """Thickness of the thinnest thing to keep clear of; None where nothing is declared."""
     escape: str = "strict"
-    """What must be known of the way out that every decision holds in hand, see `way_out.Escape`;
-    without a range sensor "strict" is as "known"."""
+    """What must be known of the escape that every decision holds, see `way_out.Escape`; without a
+    range sensor "strict" is as "known"."""
     unobserved_m: float = 0.0
-    """Metres of an escape that may lead where nobody has looked: of `escape = "budgeted"`, and of
+    """Metres of an escape that may lead through unobserved space: of `escape = "budgeted"`, and of
     no other."""
     narrow: str = "refuse"
-    """Whether places that leave no way out may be flown through, see `way_out.Narrow`."""
+    """Whether places that leave no escape may be flown through, see `way_out.Narrow`."""
     body_radius_m: float = 0.1
-    """Distance kept from what nobody has seen, and in flight with ways out from all else at
-    least."""
+    """Distance kept from unobserved space, and in flight with escapes from all else at least."""
     start_free_m: float | None = None
     """Radius of the ball about the start that counts as seen to be free, since nobody can look at
     where the vehicle stands; None for the length of a movement, or as far as a vehicle that can
@@ -117,7 +116,8 @@ class AvoidanceSettings(EvidenceSettings):
     heights: seen to be free at one of them, a place counts as free at all. None where nothing is
     declared."""
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """What is known of the wind before take-off, world frame; own states tell it from then on."""
+    """What is known of the wind before take-off, world frame; own state estimates tell it from then
+    on."""
     prices: Prices = field(default_factory=Prices)
     volumes: VolumeSet | None = None
     """What no aircraft should share with us in the next minute, beside the margin; None looks no
@@ -139,16 +139,17 @@ class AvoidanceSettings(EvidenceSettings):
     transponder_address: str = ""
     """Of the own transponder, by which own echoes are known; by place where empty."""
     state_s: float = 1.5
-    """Age of an own state beyond which it is counted; it is used all the same, and widens the
-    margin."""
+    """Age of an own state estimate beyond which it is counted; it is used all the same, and widens
+    the margin."""
     scan_s: float = 3.0
-    """Age of a scan beyond which its sensor's columns count as unseen."""
+    """Age of a scan beyond which its sensor's columns count as unobserved."""
     intruder_s: float = 10.0
     """Age of a report beyond which an intruder is forgotten."""
     ahead_s: float = 0.25
     """Readings that lie farther ahead of the question have a wrong clock; nearer ones wait."""
     history_s: float = 10.0
-    """Own states, and movements flown, are kept for so long: late scans are placed by them."""
+    """Own state estimates, and movements flown, are kept for so long: late scans are placed by
+    them."""
     memory_s: float = 120.0
     """Points out of reach are remembered so long after they were last seen; in reach, for ever."""
     patience_turns: float = 1.5

@@ -28,14 +28,14 @@ from clearway.base.checks import (
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid_frame import GridFrame
-from clearway.base.state import State, frozen_array
+from clearway.base.state import State, freeze_array
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import Detection
 from clearway.sensors.memory.uncertain import slope_of
 from clearway.sensors.observed.seen_space import SeenSpace
 from clearway.traffic import Intruder
 
-CALM = frozen_array([0.0, 0.0, 0.0], (3,))
+CALM = freeze_array([0.0, 0.0, 0.0], (3,))
 """No wind."""
 PLANNED_REACH = 0.9
 """Share of the reach radius that plans aim for, so that flying them does not just miss it."""
@@ -72,7 +72,7 @@ class Situation:
     """
 
     state: State
-    """Expected own state at the decision time."""
+    """Expected own state estimate at the decision time."""
     target_m: FloatArray
     """[3] waypoint to go to."""
     _: KW_ONLY
@@ -116,7 +116,7 @@ class Situation:
             raise InputError("situation", problems)
 
     @classmethod
-    def trusted(cls, **values: object) -> Situation:
+    def trust(cls, **values: object) -> Situation:
         """One of values that need no checks, all of them by name; `frame` may be among them."""
         situation = object.__new__(cls)
         situation.__dict__.update(values)
@@ -126,7 +126,7 @@ class Situation:
     def without_readings(self) -> Situation:
         """The same without what sensors and traffic told, which is most of it."""
         told = {"detections": (), "remembered": None, "intruders": (), "seen": None, "route": None}
-        return self.trusted(**(vars(self) | told))
+        return self.trust(**(vars(self) | told))
 
     @property
     def _is_plain(self) -> bool:
@@ -199,8 +199,8 @@ class Situation:
 
 
 def margin_m(settings: EvidenceSettings, situation: Situation | Here) -> float:
-    """Safety margin grown by the uncertainty and the age of the own state; ClearwayError where that
-    is no finite number."""
+    """Safety margin grown by the uncertainty and the age of the own state estimate; ClearwayError
+    where that is no finite number."""
     margin = (
         settings.safety_margin_m
         + settings.sigmas * situation.state.position_std_m

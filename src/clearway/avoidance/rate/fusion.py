@@ -74,7 +74,7 @@ OwnRating = Callable[[Evidence, FloatArray, FloatArray], FloatArray]
 """(evidence, obstacle [cells], unknown [cells]) -> the same, as a user writes it."""
 
 
-def printed(evidence: Evidence, unknown: FloatArray) -> FloatArray:
+def rate_as_printed(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """1 - P_O P_V, the factor of (4.22) as printed: what is hidden costs nothing."""
     rating = 1.0 - evidence.obstacle * evidence.visibility
     return np.where(evidence.seen, rating, rating * (1.0 - unknown))
@@ -126,7 +126,7 @@ def total_of(
     return rating
 
 
-def calibrated(evidence: Evidence, unknown: FloatArray) -> FloatArray:
+def calibrate(evidence: Evidence, unknown: FloatArray) -> FloatArray:
     """The total rating as what came of it: of passages rated so, the share that kept the margin."""
     said = total(evidence, unknown)
     classes = classes_of(evidence.coated, evidence.visibility, evidence.intruder)
@@ -168,10 +168,10 @@ RATINGS: Variants[Rating] = Variants(
     "rating",
     {
         "total": total,
-        "printed": printed,
+        "printed": rate_as_printed,
         "visible": visible,
         "evidence": evidence_only,
-        "calibrated": calibrated,
+        "calibrated": calibrate,
     },
     own_rating,
 )
@@ -180,7 +180,7 @@ RATINGS: Variants[Rating] = Variants(
 
 def rating_named(name: str) -> Rating:
     """The rating of that name, or a user's as `module:name`; else ClearwayError with the valid."""
-    return RATINGS.named(name)
+    return RATINGS.find(name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

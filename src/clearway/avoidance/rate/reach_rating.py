@@ -97,14 +97,18 @@ def rate_reach_set(
     return ReachAssessment(node_rating, feasibility, reach_set, cell_rating, float(threshold))
 
 
-def untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
-    """[nodes] paths that pass no coated cell from the start to the end of the node (def. 6)."""
-    return untouched_nodes(reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated)
+def find_untouched(reach_set: ReachSet, coated: BoolArray) -> BoolArray:
+    """[nodes] paths that pass no inflated cell from the start to the end of the node (def. 6)."""
+    return find_untouched_nodes(
+        reach_set.parent, reach_set.cell_start, reach_set.cell_index, coated
+    )
 
 
 @compiled
-def untouched_nodes(parent: Int32s, cell_start: Int32s, cell_index: Int32s, coated: Bools) -> Bools:
-    """[nodes] `untouched`."""
+def find_untouched_nodes(
+    parent: Int32s, cell_start: Int32s, cell_index: Int32s, coated: Bools
+) -> Bools:
+    """[nodes] `find_untouched`."""
     clear = np.ones(len(parent), dtype=np.bool_)
     for n in range(len(parent)):
         if parent[n] >= 0 and not clear[parent[n]]:

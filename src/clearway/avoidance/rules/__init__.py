@@ -1,4 +1,4 @@
-"""Rules (fig. 7.1): named functions that forbid or price trajectories in a decision."""
+"""Rules (fig. 7.1): named functions that forbid or cost trajectories in a decision."""
 
 from clearway.avoidance.rules.airspace import (
     GroundHeights,

@@ -31,16 +31,20 @@ PRICE_OF_DEPTH = 4.0
 
 def altitude_floor(height_m: float) -> Rule:
     """Fly no lower than a height of the world frame."""
-    return _held("altitude floor", lambda at, _: height_m - at[:, 2], f"{height_m:g} m")
+    return _judge_while_outside(
+        "altitude floor", lambda at, _: height_m - at[:, 2], f"{height_m:g} m"
+    )
 
 
 def altitude_ceiling(height_m: float) -> Rule:
     """Fly no higher than a height of the world frame."""
-    return _held("altitude ceiling", lambda at, _: at[:, 2] - height_m, f"{height_m:g} m")
+    return _judge_while_outside(
+        "altitude ceiling", lambda at, _: at[:, 2] - height_m, f"{height_m:g} m"
+    )
 
 
 def near_route(half_width_m: float, price: float = 0.5) -> Rule:
-    """Stay within a distance of the legs about now; inside it, the offset has a small price.
+    """Stay within a distance of the legs about now; inside it, the offset has a small cost.
 
     price: metres of flight per metre off the route where a trajectory ends.
     """
@@ -103,7 +107,7 @@ def terrain_clearance(ground: GroundHeights, height_m: float) -> Rule:
         under = ground.under(places)
         return np.where(np.isnan(under), -np.inf, under + height_m - places[:, 2])
 
-    return _held("terrain clearance", too_low, f"{height_m:g} m above ground")
+    return _judge_while_outside("terrain clearance", too_low, f"{height_m:g} m above ground")
 
 
 def keep_out(
@@ -138,7 +142,7 @@ def keep_out(
     return Rule(about, verdict, tuple(volumes), depth if always else None)
 
 
-def _held(name: str, depth: Depth, limit: str) -> Rule:
+def _judge_while_outside(name: str, depth: Depth, limit: str) -> Rule:
     """The rule that judges trajectories by how deep they go; none while all of them are well."""
 
     def verdict(view: RuleView) -> Verdict | None:

@@ -16,13 +16,13 @@ from clearway.base.variants import Variants
 def _own(label: str, found: Any) -> Rule:
     """The rule; a function is called by its own name. Its verdicts are checked in flight."""
     if isinstance(found, Rule):
-        return replace(found, verdict=_checked(label, found.verdict))
+        return replace(found, verdict=_check_function(label, found.verdict))
     function = callable_own(label, found, ("view",))
     name = str(getattr(found, "__name__", label)).replace("_", " ")
-    return Rule(name, _checked(label, function))
+    return Rule(name, _check_function(label, function))
 
 
-def _checked(label: str, function: RuleFunction) -> RuleFunction:
+def _check_function(label: str, function: RuleFunction) -> RuleFunction:
     asked = guard_call(label, function)
 
     def verdict(view: RuleView) -> Verdict | None:

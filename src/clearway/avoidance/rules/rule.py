@@ -1,6 +1,6 @@
 """What a rule sees and says, and what several of them add up to.
 
-A rule forbids trajectories, or puts a price on them. Safety comes first: a forbidden trajectory is
+A rule forbids trajectories, or puts a cost on them. Safety comes first: a forbidden trajectory is
 flown only where none that obeys keeps the margin, and then the one that breaks the least important
 rules; the emergency rule knows no others.
 """
@@ -33,7 +33,7 @@ class RuleView:
 
     reach_set: ReachSet
     state: State
-    """Expected own state at the decision time."""
+    """Expected own state estimate at the decision time."""
     goal: Goal
     """In the level frame."""
     route_m: FloatArray
@@ -86,7 +86,7 @@ class Verdict:
     forbidden: BoolArray | None = None
     """[nodes] the way to the node breaks the rule."""
     price_m: FloatArray | float = 0.0
-    """[nodes] price in metres of flight, 0 or more."""
+    """[nodes] cost in metres of flight, 0 or more."""
 
 
 RuleFunction = Callable[[RuleView], Verdict | None]
@@ -128,11 +128,11 @@ class Ruling:
     broken: IntArray
     """[nodes] which rules the way to the node breaks, one bit each: the higher, the worse."""
     price_m: FloatArray
-    """[nodes] sum of prices."""
+    """[nodes] sum of cost weights."""
 
     @property
     def speaks(self) -> bool:
-        """Whether any rule forbids or prices anything."""
+        """Whether any rule forbids anything or adds a cost."""
         return bool(np.any(self.broken) or np.any(self.price_m))
 
     def deciding(self, without: int, chosen: int) -> str:

@@ -40,7 +40,7 @@ class EncounterKind(StrEnum):
 
 
 def horizontal_only(within_m: float = np.inf) -> Rule:
-    """Keep separated from traffic by turns: no steeper climb or descent while it is near.
+    """Keep separated from traffic by turning: no steeper climb or descent while it is near.
 
     within_m: how near traffic has to be; by default, wherever it is known.
     """
@@ -81,7 +81,7 @@ def right_of_way() -> Rule:
             reasons.append(f"{name} {kind}")
             moving = _one(view.moving, index)
             if kind in (EncounterKind.HEAD_ON, EncounterKind.OVERTAKING):
-                aside = passed_on(view.reach_set, moving, _left_of(view))
+                aside = find_passing_sides(view.reach_set, moving, _find_left(view))
                 forbidden |= aside < -0.1 * view.margin_m
             elif kind is EncounterKind.FROM_RIGHT:
                 forbidden |= crossings_ahead(view.reach_set, moving) > 0
@@ -114,7 +114,7 @@ def _encounter_kind(
     view: RuleView, place: FloatArray, velocity: FloatArray
 ) -> EncounterKind | None:
     """How an intruder is met; none for one that does not move along."""
-    ahead, left, up = view.course, _left_of(view), _up(view)
+    ahead, left, up = view.course, _find_left(view), _up(view)
     level = velocity - (velocity @ up) * up
     speed = float(np.linalg.norm(level))
     if speed < 1e-3 * view.speed_mps:
@@ -134,12 +134,12 @@ def _encounter_kind(
     return EncounterKind.FROM_RIGHT if place @ left < 0.0 else EncounterKind.FROM_LEFT
 
 
-def passed_on(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> FloatArray:
+def find_passing_sides(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> FloatArray:
     """[nodes] how far to the left one intruder is when the way to each node is closest to it.
 
     A way that ends before they meet is flown on straight. left: unit vector, grid frame.
     """
-    return _passed_on(
+    return _find_passing_sides(
         reach_set.parent,
         reach_set.samples_m,
         reach_set.end_time_s,
@@ -150,7 +150,7 @@ def passed_on(reach_set: ReachSet, moving: MovingHazards, left: FloatArray) -> F
 
 
 @compiled
-def _passed_on(
+def _find_passing_sides(
     parent: Int32s,
     samples: Floats3,
     end_time_s: Floats,
@@ -215,7 +215,7 @@ def _up(view: RuleView) -> FloatArray:
     return np.array([-np.sin(pitch), 0.0, np.cos(pitch)])
 
 
-def _left_of(view: RuleView) -> FloatArray:
+def _find_left(view: RuleView) -> FloatArray:
     """[3] level unit vector to the left of the way to fly, grid frame."""
     return np.cross(_up(view), view.course)
 

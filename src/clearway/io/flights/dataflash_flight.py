@@ -22,7 +22,7 @@ from clearway.io.flights.recorded import (
 )
 from clearway.io.poses.pose_track import pose_track, quaternions_of
 from clearway.io.poses.ulog import ENU_FROM_NED, FRD_FROM_FLU
-from clearway.io.traffic.dataflash import MAGIC, MICROSECOND_S, LoggedRow, logged_rows
+from clearway.io.traffic.dataflash import MAGIC, MICROSECOND_S, LoggedRow, read_logged_rows
 from clearway.io.what_file import what_file
 
 ESTIMATES, WINDS = ("XKF1", "NKF1"), ("XKF2", "NKF2")
@@ -54,7 +54,7 @@ def dataflash_flight(path: Path) -> RecordedFlight:
         content = path.read_bytes()
     if not content.startswith(MAGIC[:2]):
         raise InputError(str(path), f"no DataFlash log of ArduPilot{what_file(path)}")
-    rows, _, lost = apart(path, "DataFlash log", logged_rows, content, FIELDS)
+    rows, _, lost = apart(path, "DataFlash log", read_logged_rows, content, FIELDS)
     if lost < 0:
         notes: tuple[str, ...] = (f"{path}: cut off: what is before was read",)
     else:

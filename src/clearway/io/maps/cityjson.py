@@ -242,14 +242,14 @@ def _tops(faces: list[FloatArray], low_m: float) -> Iterator[tuple[float, list[F
     while len(tops) and tops.max() > low_m + STANDS_M:
         top = float(tops.max())
         group = tops > top - STEP_M
-        outline = _closed(shapely, union_of(shapely, [outline, *flats[group]]))
+        outline = _close_outline(shapely, union_of(shapely, [outline, *flats[group]]))
         for piece in polygons_in(shapely, outline):
             if piece.area > NO_AREA_M2:
                 yield top, [shapely.get_coordinates(ring) for ring in shapely.get_rings(piece)]
         tops, flats = tops[~group], flats[~group]
 
 
-def _closed(shapely: ModuleType, outline: Any) -> Any:
+def _close_outline(shapely: ModuleType, outline: Any) -> Any:
     """The outline with gaps and notches closed that no vehicle fits into."""
     wide = shapely.buffer(outline, 0.5 * GAP_M, join_style="mitre", mitre_limit=2.0)
     narrow = shapely.buffer(wide, -0.5 * GAP_M, join_style="mitre", mitre_limit=2.0)

@@ -108,10 +108,10 @@ def _feature(record: str, radius_m: float) -> MapFeature:
     top = _number("height above sea level", record[89:94]) * FOOT_M
     name = f"{record[0:9]} {record[62:80].strip()}, {record[18:34].strip()}"
     accuracy = (record[97], record[99])
-    return grown(name, (latitude, longitude), (above_ground, top), accuracy, radius_m)
+    return grow_by_accuracy(name, (latitude, longitude), (above_ground, top), accuracy, radius_m)
 
 
-def grown(
+def grow_by_accuracy(
     name: str,
     place_deg: tuple[float, float],
     heights_m: tuple[float, float],

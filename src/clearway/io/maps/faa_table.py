@@ -7,7 +7,13 @@ from pathlib import Path
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M
-from clearway.io.maps.faa_obstacles import DISMANTLED, HORIZONTAL_M, VERTICAL_M, faa_map, grown
+from clearway.io.maps.faa_obstacles import (
+    DISMANTLED,
+    HORIZONTAL_M,
+    VERTICAL_M,
+    faa_map,
+    grow_by_accuracy,
+)
 from clearway.io.maps.map_features import MapFeature, ParsedMap
 
 NEEDED = ("latdec", "londec", "agl", "amsl")
@@ -57,7 +63,7 @@ def _feature(cells: dict[str, str], radius_m: float) -> MapFeature:
         if not abs(numbers[name]) <= limit:
             raise ValueError(f"{name} {numbers[name]:g} is not within +-{limit:g} degrees")
     oas, kind, city = (cells.get(name, "") for name in ("oas", "type", "city"))
-    return grown(
+    return grow_by_accuracy(
         f"{oas} {kind}, {city}",
         (numbers["latdec"], numbers["londec"]),
         (numbers["agl"] * FOOT_M, numbers["amsl"] * FOOT_M),

@@ -82,7 +82,7 @@ def _rows(
     path: Path, base: sqlite3.Connection, table: FeatureTable, counts: Counter[str]
 ) -> Iterator[VectorRow]:
     shapely = shapely_or_refuse(f"reading {path}")
-    cursor = base.execute(f"SELECT * FROM {_quoted(table.name)}")
+    cursor = base.execute(f"SELECT * FROM {_quote(table.name)}")
     columns = [str(one[0]) for one in cursor.description]
     if table.column not in columns:
         raise InputError(str(path), f"table {table.name}: no column {table.column!r}")
@@ -96,7 +96,7 @@ def _rows(
         yield VectorRow(f"{table.name} row {number}", told, geometry, table.place)
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 

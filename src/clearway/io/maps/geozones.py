@@ -125,10 +125,10 @@ def read_ed318(path: Path, data: Mapping[str, Any]) -> ParsedMap:
                 properties.identifier, _name(properties), properties.type, periods, features
             )
         )
-    return parsed_zones(path, "ED-318 zones", zones, problems)
+    return parse_zones(path, "ED-318 zones", zones, problems)
 
 
-def parsed_zones(
+def parse_zones(
     path: Path,
     kind: str,
     zones: list[ZoneFeature],

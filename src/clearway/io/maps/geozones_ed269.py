@@ -11,7 +11,7 @@ from clearway.io.maps.geozones import (
     Applicability,
     Reference,
     limits_of,
-    parsed_zones,
+    parse_zones,
     periods_of,
     radius_of,
 )
@@ -73,7 +73,7 @@ def read_ed269(path: Path, data: Mapping[str, Any]) -> ParsedMap:
     notes: tuple[str, ...] = ()
     if round_in_feet:
         notes = ("radii are taken in metres, also of zones whose limits are in feet",)
-    return parsed_zones(path, "ED-269 zones", zones, problems, notes)
+    return parse_zones(path, "ED-269 zones", zones, problems, notes)
 
 
 def _is_round_in_feet(volume: Volume) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import NoJsonError, parsed_json, read_text
+from clearway.io.foreign import NoJsonError, parse_json, read_text
 
 
 def read_sequence(path: Path) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def read_sequence(path: Path) -> dict[str, Any]:
         if not line.strip():
             continue
         try:
-            row = parsed_json(path, line, f"line {number}")
+            row = parse_json(path, line, f"line {number}")
         except NoJsonError as cause:
             problems.append(f"line {number}: no JSON object, truncated? ({cause})")
             continue
@@ -53,17 +53,17 @@ def _model(path: Path, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         if not isinstance(own, list) or not isinstance(parts, dict):
             raise InputError(str(path), f"feature {number}: no CityObjects and vertices")
         for name, part in parts.items():
-            objects[name] = _moved(part, len(vertices), len(own))
+            objects[name] = _raise_vertices(part, len(vertices), len(own))
         vertices.extend(own)
     return {**head, "CityObjects": objects, "vertices": vertices}
 
 
-def _moved(part: object, by: int, count: int) -> object:
+def _raise_vertices(part: object, by: int, count: int) -> object:
     """An object with the numbers of its vertices raised; those that do not exist stay so."""
     if not isinstance(part, dict) or not isinstance(part.get("geometry"), list):
         return part
     geometry = [
-        {**one, "boundaries": _raised(one.get("boundaries", []), by, count)}
+        {**one, "boundaries": _raise_numbers(one.get("boundaries", []), by, count)}
         if isinstance(one, dict)
         else one
         for one in part["geometry"]
@@ -71,9 +71,9 @@ def _moved(part: object, by: int, count: int) -> object:
     return {**part, "geometry": geometry}
 
 
-def _raised(boundaries: object, by: int, count: int) -> object:
+def _raise_numbers(boundaries: object, by: int, count: int) -> object:
     if isinstance(boundaries, list):
-        return [_raised(part, by, count) for part in boundaries]
+        return [_raise_numbers(part, by, count) for part in boundaries]
     if isinstance(boundaries, int) and 0 <= boundaries < count:
         return boundaries + by
     return -1 if isinstance(boundaries, int) else boundaries

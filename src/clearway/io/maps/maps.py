@@ -140,7 +140,7 @@ def read_maps(
     placed = []
     for path, one in zip(paths, parsed, strict=True):
         with damage_told(path, "map"):
-            placed.append(_placed(str(path), one, place))
+            placed.append(_place(str(path), one, place))
     return tuple(placed)
 
 
@@ -199,7 +199,7 @@ def _places(feature: MapFeature) -> FloatArray:
     return outline.rings[0]
 
 
-def _placed(source: str, parsed: ParsedMap, place: Place) -> MapFile:
+def _place(source: str, parsed: ParsedMap, place: Place) -> MapFile:
     tally = PlacingTally()
     obstacles = place_features(parsed.features, place, tally)
     zones = []

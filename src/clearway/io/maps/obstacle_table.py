@@ -11,7 +11,7 @@ from typing import NamedTuple
 from clearway.base.errors import InputError
 from clearway.base.suggest import suggest_nearest
 from clearway.base.units import FOOT_M
-from clearway.io.foreign import read_text, unended
+from clearway.io.foreign import note_unended, read_text
 from clearway.io.maps.faa_table import is_faa_table, read_faa_table
 from clearway.io.maps.map_features import Disc, Height, MapFeature, ParsedMap
 from clearway.io.maps.plausible import MOST_NAMED_FEATURES, feature_problem
@@ -33,7 +33,7 @@ UNITS: Mapping[str, float] = {
     "ft": FOOT_M, "feet": FOOT_M,
 }  # fmt: skip
 CONTRADICTS_M = 5.0
-"""By which ground and height may come to another top than is told."""
+"""By which ground and height may come to another top than is reported."""
 LONGEST_NAME = 80
 """Of a column."""
 UNIT = re.compile(rf"[\s_]*(?:[(\[]\s*|[\s_])({'|'.join(UNITS)})\s*[)\]]?$")
@@ -102,7 +102,7 @@ def read_obstacle_table(path: Path, radius_m: float) -> ParsedMap:
         crs="WGS 84 latitude and longitude",
         features=tuple(parsed),
         counts={"no height": no_height} if no_height else {},
-        notes=(*_notes(columns, radius_m), *_contradictions(contradict), *unended(text)),
+        notes=(*_notes(columns, radius_m), *_contradictions(contradict), *note_unended(text)),
     )
 
 

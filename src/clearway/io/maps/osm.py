@@ -61,7 +61,7 @@ def read_osm(path: Path, radius_m: float) -> ParsedMap:
     odd: list[str] = []
     storeys = 0
     for one in objects:
-        told = _told(one.tags)
+        told = _make_properties(one.tags)
         try:
             span = read_heights(told)
         except ValueError:
@@ -138,7 +138,7 @@ def _kind(tags: dict[str, str]) -> str:
     return f"power {tags['power']}" if tags.get("power") in POWER else ""
 
 
-def _told(tags: dict[str, str]) -> dict[str, Any]:
+def _make_properties(tags: dict[str, str]) -> dict[str, Any]:
     """Height and foot as GeoJSON's properties have them."""
     told: dict[str, Any] = {key: tags[key] for key in ("height", "min_height") if key in tags}
     storeys = _count(tags, STOREYS)

@@ -87,7 +87,7 @@ def union_of(shapely: ModuleType, shapes: Sequence[Any]) -> Any:
 
 
 def polygons_in(shapely: ModuleType, shape: Any) -> list[Any]:
-    """The polygons of a geometry, however it nests them; points and lines are left aside."""
+    """The polygons of a geometry, however it nests them; points and lines are left to the side."""
     parts = shapely.get_parts(shapely.get_parts(shape))
     return [part for part in parts if part.geom_type == "Polygon"]
 
@@ -131,7 +131,7 @@ def _best_halves(shapely: ModuleType, piece: Any, waste_m2: float) -> list[Any] 
     A cut that saves nothing may be the first of two that do, as at the corner of a courtyard.
     """
     frame = _rectangle(shapely, piece)
-    local = shapely.transform(piece, lambda xy: _turned(xy - frame.center_m, -frame.yaw_rad))
+    local = shapely.transform(piece, lambda xy: _turn_left(xy - frame.center_m, -frame.yaw_rad))
     corners = shapely.get_coordinates(local)
     best, best_waste = None, waste_m2 * (1.0 + 1e-9)
     for axis in (0, 1):
@@ -144,7 +144,7 @@ def _best_halves(shapely: ModuleType, piece: Any, waste_m2: float) -> list[Any] 
         return None
 
     def back(xy: FloatArray) -> FloatArray:
-        return _turned(xy, frame.yaw_rad) + frame.center_m
+        return _turn_left(xy, frame.yaw_rad) + frame.center_m
 
     return [shapely.transform(half, back) for half in best]
 
@@ -219,7 +219,7 @@ def _rectangle(shapely: ModuleType, piece: Any) -> Rectangle:
     )
 
 
-def _turned(points: FloatArray, angle_rad: float) -> FloatArray:
+def _turn_left(points: FloatArray, angle_rad: float) -> FloatArray:
     """Points [n, 2] turned to the left."""
     cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
     turned: FloatArray = points @ np.array([[cosine, sine], [-sine, cosine]])

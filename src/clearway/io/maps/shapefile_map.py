@@ -37,7 +37,7 @@ def read_shapefile(path: Path, radius_m: float, crs: str | None) -> ParsedMap:
     complaints = (shapefile.ShapefileException, shapefile.GeoJSON_Error)
     with damage_told(path, "Shapefile", complaints), warnings.catch_warnings(record=True) as odd:
         warnings.simplefilter("always")
-        with _opened(path, shapefile) as reader:
+        with _open_reader(path, shapefile) as reader:
             kind = f"Shapefile of {reader.shapeTypeName.lower()}s"
             rows = _rows(path, reader, place, counts)
             parsed = vector_map(path, kind, place.name, rows, radius_m, counts)
@@ -68,7 +68,7 @@ def _place(path: Path, crs: str | None) -> Projection:
 
 
 @contextmanager
-def _opened(path: Path, shapefile: Any) -> Iterator[Any]:
+def _open_reader(path: Path, shapefile: Any) -> Iterator[Any]:
     """pyshp's reader of files that are opened here: given names, it may ask for web addresses."""
     table = _beside(path, ".dbf")
     if table is None:

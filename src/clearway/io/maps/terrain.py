@@ -85,7 +85,7 @@ class Terrain:
         if rows[0] >= rows[1] or columns[0] >= columns[1]:
             return [], 0.0
         highest = _highest_around(self.height_m)
-        blocks = _halved(self.height_m, highest, rows, columns)
+        blocks = _halve(self.height_m, highest, rows, columns)
         return blocks, _lift(self.height_m, blocks)
 
 
@@ -116,7 +116,7 @@ def _highest_around(heights: FloatArray) -> FloatArray:
     return highest
 
 
-def _halved(
+def _halve(
     heights: FloatArray, highest: FloatArray, rows: tuple[int, int], columns: tuple[int, int]
 ) -> list[TerrainBlock]:
     """Blocks of little relief: the one with most is halved along its longer side, again and again.

@@ -265,9 +265,9 @@ def _terrain(path: Path, raster: Raster, place: Projection, heights: FloatArray)
     x = affine.c + affine.a * (np.arange(heights.shape[1]) + 0.5)
     y = affine.f + affine.e * (np.arange(heights.shape[0]) + 0.5)
     if affine.e < 0:
-        _turned_over(heights)
+        _turn_over(heights)
     if affine.a < 0:
-        _turned_over(heights.T)
+        _turn_over(heights.T)
     return Terrain(
         heights,
         np.sort(x),
@@ -278,7 +278,7 @@ def _terrain(path: Path, raster: Raster, place: Projection, heights: FloatArray)
     )
 
 
-def _turned_over(rows: FloatArray) -> None:
+def _turn_over(rows: FloatArray) -> None:
     """The last row first, in place: a copy would be as large again."""
     last = len(rows) - 1
     for n in range(len(rows) // 2):

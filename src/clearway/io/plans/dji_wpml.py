@@ -55,7 +55,7 @@ def wpml_plan(path: Path, root: Element, template: Element | None) -> FlightPlan
     for folder in folders:
         speed = _number(folder, "autoFlightSpeed", problems)
         speeds += [] if speed is None else [speed]
-        items += _flown(folder, start, counts, problems)
+        items += _list_flown(folder, start, counts, problems)
     if not folders:
         problems.append(f"line {root.line}: no <Folder> with a <Placemark>: no waypoint in it")
     if start is not None:
@@ -102,11 +102,11 @@ def _start(document: Element, problems: list[str]) -> Start | None:
     return Start(place, None)
 
 
-def _flown(
+def _list_flown(
     folder: Element, start: Start | None, counts: Counter[str], problems: list[str]
 ) -> list[Item]:
     """Waypoints of a wayline, by their index."""
-    stated = folder.told("executeHeightMode") or next(
+    stated = folder.read_text("executeHeightMode") or next(
         (one.text for one in folder.every("heightMode")), "relativeToStartPoint"
     )
     if stated not in MODES:
@@ -119,16 +119,16 @@ def _flown(
         if item is not None:
             found.append((number if index is None else index, item))
         counts["action of camera or gimbal"] += sum(1 for _ in mark.every("action"))
-        counts["speed of a waypoint's own"] += mark.told("useGlobalSpeed") == "0"
+        counts["speed of a waypoint's own"] += mark.read_text("useGlobalSpeed") == "0"
     return [item for _, item in sorted(found, key=lambda entry: entry[0])]
 
 
 def _waypoint(
     mark: Element, folder: Element, mode: str, start: Start | None, problems: list[str]
 ) -> Item | None:
-    where = f"line {mark.line}, waypoint {mark.told('index')}"
+    where = f"line {mark.line}, waypoint {mark.read_text('index')}"
     point = mark.child("Point")
-    words = ("" if point is None else point.told("coordinates")).split(",")
+    words = ("" if point is None else point.read_text("coordinates")).split(",")
     names = ("executeHeight", "height") if mode != "WGS84" else ("executeHeight", "ellipsoidHeight")
     heights = (_number(mark, name, problems) for name in names)
     height = next((one for one in heights if one is not None), None)
@@ -159,7 +159,7 @@ def _take_off(config: Element, start: Start, items: list[Item], problems: list[s
     height = max(security or 0.0, 0.0)
     first = items[0] if items else None
     if first is not None and first.height_m is not None and first.above == "home":
-        safely = config.told("flyToWaylineMode") != "pointToPoint"
+        safely = config.read_text("flyToWaylineMode") != "pointToPoint"
         height = max(height, first.height_m) if safely or not height else height
     if height <= 0.0:
         return []
@@ -169,7 +169,7 @@ def _take_off(config: Element, start: Start, items: list[Item], problems: list[s
 
 def _finish(path: Path, config: Element, items: list[Item]) -> list[Item]:
     """What is done after the last waypoint."""
-    action = config.told("finishAction") or "noAction"
+    action = config.read_text("finishAction") or "noAction"
     if action not in FINISH:
         raise InputError(
             str(path),

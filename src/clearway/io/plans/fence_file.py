@@ -9,7 +9,7 @@ from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.flight_plan import NO_HOME, FlightPlan
 from clearway.io.plans.plan_items import read_geodetic
 from clearway.io.plans.plan_limits import polygon_fence
-from clearway.io.plans.waypoint_file import written_lines
+from clearway.io.plans.waypoint_file import list_written_lines
 
 MOST_TOLD = 10
 
@@ -37,7 +37,7 @@ def read_rally(path: Path) -> FlightPlan:
 def _rows(path: Path, columns: tuple[str, ...]) -> list[Geodetic]:
     """The place in every line; InputError naming the lines that have none."""
     found, problems = [], []
-    for place, line in written_lines(path):
+    for place, line in list_written_lines(path):
         words = line.split()
         try:
             if len(words) < len(columns):

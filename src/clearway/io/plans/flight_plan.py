@@ -85,7 +85,7 @@ def plan_of(
 
 
 class Converted(NamedTuple):
-    """A plan as the tables of a mission file, and what is to be said about it."""
+    """A plan as the tables of a mission file, and what is to be stated about it."""
 
     tables: dict[str, Any]
     notes: tuple[str, ...]
@@ -139,11 +139,11 @@ def as_mission(
     tables["mission"] = {
         "name": plan.name,
         "origin_geodetic": tuple(plan.home),
-        "waypoints_m": [_rounded(point) for point in waypoints],
-        "landing_m": [_rounded(point) for point in landing],
+        "waypoints_m": [_round_all(point) for point in waypoints],
+        "landing_m": [_round_all(point) for point in landing],
     }
     tables["vehicle"] |= {
-        "position_m": _rounded(start),
+        "position_m": _round_all(start),
         "attitude_deg": (0.0, 0.0, round(float(yaw), 3)),
     }
     tables["obstacle"] = [_table(one) for one in _fence_volumes(plan)]
@@ -222,7 +222,9 @@ def _points(
         # Above the place, at the height flown: the descent itself is not flown.
         above = np.array([*point[:2], here[2]])
         if item.action == "take-off":
-            climbed = _climbed(point, here, at_place=start is None and not goals and not has_home)
+            climbed = _find_climbed(
+                point, here, at_place=start is None and not goals and not has_home
+            )
             if start is None and not goals:
                 start = climbed
             else:
@@ -252,7 +254,7 @@ def _points(
     return start, goals, landing
 
 
-def _climbed(point: FloatArray, here: FloatArray, *, at_place: bool) -> FloatArray:
+def _find_climbed(point: FloatArray, here: FloatArray, *, at_place: bool) -> FloatArray:
     """[3] where a take-off ends: above the vehicle, or above the place of a plan without a home."""
     height = point[2] if point[2] > 0.0 else here[2]
     return np.array([*(point if at_place else here)[:2], height])
@@ -357,7 +359,7 @@ def _table(obstacle: Obstacle) -> dict[str, Any]:
     """An `[[obstacle]]` that is on the map only."""
     return {
         "shape": obstacle.shape,
-        "position_m": _rounded(obstacle.position_m),
+        "position_m": _round_all(obstacle.position_m),
         "orientation_deg": tuple(np.degrees(obstacle.orientation_rad).tolist()),
         "size_m": obstacle.size_m,
         "name": obstacle.name,
@@ -365,7 +367,7 @@ def _table(obstacle: Obstacle) -> dict[str, Any]:
     }
 
 
-def _rounded(point: FloatArray) -> tuple[float, ...]:
+def _round_all(point: FloatArray) -> tuple[float, ...]:
     return tuple((np.round(point, 3) + 0.0).tolist())
 
 

@@ -19,7 +19,7 @@ from clearway.io.maps.map_features import Geodetic
 from clearway.io.plans.dji_wpml import is_wpml, wpml_plan
 from clearway.io.plans.flight_plan import FlightPlan
 from clearway.io.plans.plan_items import Item, read_geodetic
-from clearway.io.xml_tree import Element, parsed_xml
+from clearway.io.xml_tree import Element, parse_xml
 
 MOST_BYTES = 40_000_000
 """Of a document, unpacked."""
@@ -85,7 +85,7 @@ def _plan(path: Path, contents: dict[str, bytes]) -> FlightPlan:
     roots = {}
     for name, content in contents.items():
         try:
-            roots[name] = parsed_xml(content)
+            roots[name] = parse_xml(content)
         except ValueError as cause:
             raise InputError(str(path), f"{name}: no whole XML, {cause}") from cause
     main = roots.get(WAYLINES) or next(iter(roots.values()))
@@ -104,7 +104,7 @@ def kml_plan(path: Path, root: Element) -> FlightPlan:
     places: list[Item] = []
     home = UNSET
     for mark in root.every("Placemark"):
-        name = mark.told("name") or f"line {mark.line}"
+        name = mark.read_text("name") or f"line {mark.line}"
         for one in mark.every("Point", *PATHS, "Polygon", "LinearRing", "Model"):
             if one.name == "Point" and name.strip().lower() in HOMES:
                 home = _home(one, problems)
@@ -122,11 +122,11 @@ def kml_plan(path: Path, root: Element) -> FlightPlan:
     if paths and places:
         counts["place beside the path"] += len(places)
     items = paths[0][1] if paths else places
-    return FlightPlan(str(path), path.stem, home, _begun(items, home), counts=counts)
+    return FlightPlan(str(path), path.stem, home, _begin(items, home), counts=counts)
 
 
-def _begun(items: list[Item], home: Geodetic) -> tuple[Item, ...]:
-    """Where no home is told, the first place is where the flight begins."""
+def _begin(items: list[Item], home: Geodetic) -> tuple[Item, ...]:
+    """Where no home is reported, the first place is where the flight begins."""
     if home == UNSET and len(items) > 1:
         items = [items[0]._replace(action="take-off"), *items[1:]]
     return tuple(items)
@@ -139,7 +139,7 @@ def _home(point: Element, problems: list[str]) -> Geodetic:
 
 
 def _items(name: str, one: Element, problems: list[str]) -> list[Item]:
-    mode = one.told("altitudeMode") or "clampToGround"
+    mode = one.read_text("altitudeMode") or "clampToGround"
     places = _places(one, problems)
     if mode not in ABOVE:
         problems.append(

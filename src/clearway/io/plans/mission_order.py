@@ -18,7 +18,7 @@ ENDLESS_REPEATS = 1
 
 @dataclass(slots=True)
 class MissionOrder:
-    """Items in the order of flight, and what is to be said about it."""
+    """Items in the order of flight, and what is to be stated about it."""
 
     items: list[Item] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

@@ -23,7 +23,7 @@ COLUMNS = 12
 LARGEST_WHOLE = 65_535
 
 
-def written_lines(path: Path) -> list[tuple[str, str]]:
+def list_written_lines(path: Path) -> list[tuple[str, str]]:
     """Lines of a file with their places, without empty ones and comments (`#`)."""
     found = [(f"line {number}", line.strip())
              for number, line in enumerate(read_text(path).splitlines(), start=1)]  # fmt: skip
@@ -32,7 +32,7 @@ def written_lines(path: Path) -> list[tuple[str, str]]:
 
 def read_waypoints(path: Path) -> FlightPlan:
     """The plan in a waypoint file; InputError with every bad line."""
-    lines = written_lines(path)
+    lines = list_written_lines(path)
     place, head = lines[0] if lines else ("line 1", "")
     version = head.removeprefix(HEAD).strip()
     if not head.startswith(HEAD) or version not in VERSIONS:
@@ -78,11 +78,14 @@ def _plan(path: Path, rows: list[tuple[str, list[float]]], *, has_home: bool) ->
             items.problems.append(f"{place}: home: {cause}")
     for number, (place, row) in enumerate(rows):
         if number or not has_home:
-            params, position = (_stated(row[4]), _stated(row[5])), (row[8], row[9], row[10])
+            params, position = (
+                (_read_stated(row[4]), _read_stated(row[5])),
+                (row[8], row[9], row[10]),
+            )
             items.take(Entry(place, number, int(row[3]), int(row[2]), params, position))
     return plan_of(path, home, items)
 
 
-def _stated(value: float) -> float | None:
+def _read_stated(value: float) -> float | None:
     """A parameter; None for nan, which is how files leave one out."""
     return None if math.isnan(value) else value

@@ -84,7 +84,7 @@ def poses_of_bag(path: Path, bag: Bag, sensor_frame: str, topic: str | None) -> 
         if not len(track.time_s) and topic is not None:
             raise InputError(str(path), f"no usable pose of topic {topic!r}: {'; '.join(damaged)}")
     if chosen is not None and len(track.time_s):
-        mounting = None if body == sensor_frame else _fixed(edges, sensor_frame, body)
+        mounting = None if body == sensor_frame else _find_fixed(edges, sensor_frame, body)
         note = f"poses of {chosen}"
         if mounting is None and body != sensor_frame:
             note += f"; LiDAR assumed at the place of {body or 'the vehicle'!s}, and turned alike"
@@ -101,7 +101,7 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     for message in bag.messages([topic]):
         try:
             with damage_told(path, f"message of {topic}"):  # its definition, too, may be damaged
-                found = _decoded(bag, message)
+                found = _decode(bag, message)
                 pose = found.pose.pose if hasattr(found.pose, "pose") else found.pose
                 told = _numbers(pose.position, pose.orientation)
                 time_s = _seconds(found.header.stamp) or message.logged_s
@@ -121,7 +121,7 @@ def _of_topic(path: Path, bag: Bag, topic: str) -> tuple[PoseTrack, str]:
     return replace(track, quaternion=ahead), body
 
 
-def _decoded(bag: Bag, message: RawMessage) -> Any:
+def _decode(bag: Bag, message: RawMessage) -> Any:
     if message.damage:
         raise ValueError(message.damage)
     return bag.decoded(message)
@@ -147,7 +147,7 @@ def _edges(path: Path, bag: Bag) -> tuple[dict[str, Edge], tuple[str, ...]]:
                         _seconds(found.header.stamp),
                         _numbers(found.transform.translation, found.transform.rotation),
                     )
-                    for found in _decoded(bag, message).transforms
+                    for found in _decode(bag, message).transforms
                 ]
         except InputError:
             damaged += 1
@@ -201,7 +201,7 @@ def _of_transforms(path: Path, edges: Mapping[str, Edge], sensor_frame: str) -> 
     body = next((name for name in BODIES if name in chain), sensor_frame)
     above = chain[chain.index(body) :]
     moving = [edges[name].track for name in above if name in edges and _moves(edges[name])]
-    mounting = _fixed(edges, sensor_frame, body) if body != sensor_frame else None
+    mounting = _find_fixed(edges, sensor_frame, body) if body != sensor_frame else None
     if not moving:
         return BagPoses(None, mounting, ())
     times = max(moving, key=lambda track: len(track.time_s)).time_s
@@ -264,7 +264,7 @@ def _as_named_from_ahead(frame: str) -> FloatArray:
     return turn
 
 
-def _fixed(edges: Mapping[str, Edge], sensor_frame: str, body: str) -> Mounting | None:
+def _find_fixed(edges: Mapping[str, Edge], sensor_frame: str, body: str) -> Mounting | None:
     """Pose of the sensor on the body; None where it is unknown, or moves."""
     chain = _chain(edges, sensor_frame)
     if body.lstrip("/") not in chain:

@@ -12,7 +12,7 @@ from clearway.base.checks import LARGEST
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
-from clearway.io.foreign import is_number, read_text, unended
+from clearway.io.foreign import is_number, note_unended, read_text
 from clearway.io.foreign_errors import damage_told
 from clearway.io.moments import second_of
 from clearway.io.poses.pose_columns import TABLE, TUM, PoseColumns, find_pose_columns
@@ -99,7 +99,7 @@ def _read(path: Path) -> Poses:
         return _kitti(path, rows)
     time_s, position, quaternion = columns.track(rows)
     second = second_of(float(np.max(np.abs(time_s), where=np.isfinite(time_s), initial=0.0)))
-    notes = tuple(f"{path}: {note}" for note in unended(text))
+    notes = tuple(f"{path}: {note}" for note in note_unended(text))
     table = pose_track(str(path), time_s * second, position, quaternion, notes)
     if not len(table.time_s):
         raise InputError(str(path), "no usable pose in it")

@@ -29,7 +29,7 @@ class PoseTrack:
     """[n, 4] w, x, y, z, world from body; the body has x ahead, y left, z up."""
     notes: tuple[str, ...] = ()
     position_std_m: FloatArray | None = None
-    """[n] along the least certain axis; None where it is not told."""
+    """[n] along the least certain axis; None where it is not reported."""
     attitude_std_rad: FloatArray | None = None
     """[n] about the least certain axis."""
 

@@ -20,7 +20,7 @@ from clearway.io.poses.pose_track import (
     quaternions_of,
     slerp,
 )
-from clearway.io.poses.ulog_topics import Log, logged
+from clearway.io.poses.ulog_topics import Log, read_logged
 from clearway.io.traffic.traffic_rows import NO_ADDRESS, NO_POSITION, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
@@ -198,7 +198,7 @@ def read_topics(source: str, content: bytes, names: list[str]) -> tuple[Log, tup
     """The log with some of its topics, and a note where it ends in the middle."""
     if find_spec("pyulog") is None:
         raise MissingExtraError(f"reading {source}", "ulog")
-    log = apart(Path(source), "ULog", logged, source, content, names)
+    log = apart(Path(source), "ULog", read_logged, source, content, names)
     notes = ["damaged: parts of it were left out"] if log.damaged else []
     left = _bytes_left(content)
     if left:

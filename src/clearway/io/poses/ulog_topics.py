@@ -43,7 +43,7 @@ class _BoundedReads(io.BytesIO):
         return data
 
 
-def logged(source: str, content: bytes, names: list[str]) -> Log:
+def read_logged(source: str, content: bytes, names: list[str]) -> Log:
     """The topics of these names; InputError naming the source where nothing can be read."""
     from pyulog import ULog
     from pyulog.exceptions import ULogException

@@ -82,10 +82,10 @@ def write_shapefile(path: Path, rng: np.random.Generator) -> None:
             writer.poly([ring])
             writer.record(name, height, GROUND_M)
     path.with_suffix(".prj").write_text(crs.from_epsg(EPSG).to_wkt("WKT1_ESRI"))
-    _undated(path.with_suffix(".dbf"))
+    _fix_date(path.with_suffix(".dbf"))
 
 
-def _undated(table: Path) -> None:
+def _fix_date(table: Path) -> None:
     """A dBASE table with a fixed day of its last change, so that it is the same tomorrow."""
     content = bytearray(table.read_bytes())
     content[1:4] = bytes((126, 1, 1))

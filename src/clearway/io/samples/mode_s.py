@@ -74,10 +74,10 @@ def messages() -> Iterator[tuple[float, float, bytes]]:
             kinds.append(identification(row))
         for number, data in enumerate(kinds):
             later = row.after_s + 0.01 * number
-            yield row.time_s + 0.01 * number, later, framed(row.aircraft.address, data)
+            yield row.time_s + 0.01 * number, later, frame_message(row.aircraft.address, data)
 
 
-def framed(address: str, data: int) -> bytes:
+def frame_message(address: str, data: int) -> bytes:
     """A message of format 17 with its 56 bits of data and its parity."""
     head = (17 << 3 | 5) << 24 | int(address, 16)
     content = head << 56 | data

@@ -55,10 +55,10 @@ def write_packets(path: Path, rng: np.random.Generator) -> None:
         scan.status[:] = 1
         packets += core.frame_to_packets(scan, core.PacketFormat(sensor), 1, 1)
     pcap.record(packets, str(path))
-    path.write_bytes(_timed(path.read_bytes()))
+    path.write_bytes(_time_packets(path.read_bytes()))
 
 
-def _timed(recorded: bytes) -> bytes:
+def _time_packets(recorded: bytes) -> bytes:
     """The capture with times that are the same whenever it is written, a millisecond apart."""
     content = bytearray(recorded)
     at, number = PCAP_HEAD, 0

@@ -82,7 +82,7 @@ class Robot:
             of["geometry_msgs/msg/TwistWithCovariance"](twist, unknown),
         )
 
-    def mounted(self, time_s: float) -> Any:
+    def make_mounting(self, time_s: float) -> Any:
         """tf2_msgs/TFMessage: the LiDAR in the middle of the body."""
         of = self.store.types
         transform = of["geometry_msgs/msg/Transform"](
@@ -100,20 +100,21 @@ class Robot:
         ahead, still = vector(SPEED_MPS, 0.0, 0.0), vector(0.0, 0.0, 0.0)
         return self.store.types["geometry_msgs/msg/Twist"](ahead, still)
 
-    def commanded(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
-        """As `flight`: own places, commands and scans of one who is flown straight at the house."""
-        yield self._written(MOUNTING, BEGIN_S, self.mounted(BEGIN_S))
+    def make_commanded(self, rng: np.random.Generator) -> Iterator[tuple[str, int, str, bytes]]:
+        """As `flight`: own positions, commands and scans of one who is flown straight at the
+        house."""
+        yield self._write(MOUNTING, BEGIN_S, self.make_mounting(BEGIN_S))
         every = round(PERIOD_S / COMMAND_S)
         for index in range(round(COMMANDED_S / COMMAND_S)):
             after_s = COMMAND_S * index
             time_s = BEGIN_S + after_s
             place = place_at(COMMANDED_FROM_M / SPEED_MPS + after_s)
             if index % every == 0:
-                yield self._written(POINTS, time_s, self.cloud(time_s, sweep(rng, place)))
-            yield self._written(ODOMETRY, time_s, self.odometry(time_s, place))
-            yield self._written(COMMANDS, time_s, self.command())
+                yield self._write(POINTS, time_s, self.cloud(time_s, sweep(rng, place)))
+            yield self._write(ODOMETRY, time_s, self.odometry(time_s, place))
+            yield self._write(COMMANDS, time_s, self.command())
 
-    def _written(self, topic: str, time_s: float, value: Any) -> tuple[str, int, str, bytes]:
+    def _write(self, topic: str, time_s: float, value: Any) -> tuple[str, int, str, bytes]:
         write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
         kind = value.__msgtype__
         return topic, round(time_s * 1e9), kind, bytes(write(value, kind))
@@ -128,7 +129,7 @@ class Robot:
                 (ODOMETRY, self.odometry(time_s, place)),
                 (POINTS, scan(time_s, sweep(rng, place, legs=True))),
             ):
-                yield self._written(topic, time_s, value)
+                yield self._write(topic, time_s, value)
 
 
 def write_bag(path: Path, rng: np.random.Generator) -> None:
@@ -188,7 +189,7 @@ def write_commanded(path: Path, rng: np.random.Generator) -> None:
 
     robot = Robot(ros2=True)
     with Writer(path) as writer:
-        _write_all(writer, robot, robot.commanded(rng))
+        _write_all(writer, robot, robot.make_commanded(rng))
 
 
 def _write(writer: Any, robot: Robot, rng: np.random.Generator) -> None:

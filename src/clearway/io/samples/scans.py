@@ -130,7 +130,7 @@ def write_las(path: Path, rng: np.random.Generator) -> None:
 
 def write_survey(path: Path, rng: np.random.Generator) -> None:
     """A survey as LAS 1.4 or, by its suffix, LAZ: classes ground and building, ETRS89 / UTM 32N."""
-    points, classes = _surveyed(rng)
+    points, classes = _survey(rng)
     _las(path, points, classes, np.array(SURVEY_ORIGIN_M), 25832)
 
 
@@ -152,7 +152,7 @@ def _las(
     las.write(str(path))
 
 
-def _surveyed(rng: np.random.Generator) -> tuple[FloatArray, IntArray]:
+def _survey(rng: np.random.Generator) -> tuple[FloatArray, IntArray]:
     """Ground, and roof and walls of what stands on it, four points a square metre."""
     ground = np.column_stack([rng.uniform(-5.0, 30.0, 2500), rng.uniform(-12.0, 12.0, 2500)])
     parts = [np.column_stack([ground, np.zeros(len(ground))])]

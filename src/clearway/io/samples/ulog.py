@@ -53,7 +53,7 @@ HEARD = 1 | 2 | 4 | 8 | 16
 
 
 def write_ulog(path: Path, rng: np.random.Generator) -> None:
-    """Twenty seconds straight east, while two aircraft are heard of."""
+    """Twenty seconds straight east, while two aircraft are reported."""
     del rng
     content = MAGIC + struct.pack("<Q", BOOT_US)
     content += _message(b"B", bytes(40))
@@ -63,7 +63,7 @@ def write_ulog(path: Path, rng: np.random.Generator) -> None:
     for number, topic in enumerate(TOPICS):
         content += _message(b"A", struct.pack("<BH", 0, number) + topic.encode())
     order = list(TOPICS)
-    for topic, values in _logged():
+    for topic, values in _order_rows():
         letters = "".join(LETTERS[kind] for kind, _ in TOPICS[topic])
         data = struct.pack("<" + letters, *values)
         content += _message(b"D", struct.pack("<H", order.index(topic)) + data)
@@ -74,7 +74,7 @@ def _message(kind: bytes, data: bytes) -> bytes:
     return struct.pack("<H", len(data)) + kind + data
 
 
-def _logged() -> Iterator[tuple[str, tuple[Any, ...]]]:
+def _order_rows() -> Iterator[tuple[str, tuple[Any, ...]]]:
     """Rows of all topics in the order of time."""
     shift = METRES_A_DEGREE * math.cos(math.radians(LATITUDE))
     half, east_rad = math.sqrt(0.5), math.pi / 2.0

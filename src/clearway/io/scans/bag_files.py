@@ -28,7 +28,7 @@ from clearway.io.scans.bag import (
 from clearway.io.scans.bag_mcap import open_mcap
 from clearway.io.scans.lost_chunks import read_sqlite_rows, try_unpack
 from clearway.io.scans.zstd import SUFFIX as PACKED
-from clearway.io.scans.zstd import unpacked_file
+from clearway.io.scans.zstd import unpack_file
 from clearway.io.sqlite_file import open_sqlite, query_rows, refuse_programs
 
 SUFFIXES = (".db3", ".mcap")
@@ -42,8 +42,8 @@ def is_bag_file(path: Path) -> bool:
 
 
 def plain_files(path: Path, stack: ExitStack) -> list[Path]:
-    """The files of a bag in the order of recording; packed ones are unpacked aside, into a folder
-    that goes with the stack.
+    """The files of a bag in the order of recording; packed ones are unpacked to the side, into a
+    folder that goes with the stack.
 
     Raises InputError where one that the metadata name is missing, or none is there.
     """
@@ -66,12 +66,12 @@ def open_files(path: Path, files: Sequence[Path]) -> Iterator[Bag]:
                     known[message.type] = bag
                     yield message
 
-        def decoded(message: RawMessage) -> Any:
+        def decode_message(message: RawMessage) -> Any:
             return known[message.type].decoded(message)
 
         topics = merge_topics(t for bag in bags for t in bag.topics)
         _check_count(path, sum(topic.messages for topic in topics))
-        yield Bag("ROS 2 bag", topics, messages, decoded)
+        yield Bag("ROS 2 bag", topics, messages, decode_message)
 
 
 def _check_count(path: Path, found: int) -> None:
@@ -97,7 +97,7 @@ def _plain(path: Path, stack: ExitStack) -> Path:
     with naming("TMPDIR", "written"):
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="clearway-")))
     with damage_told(path, "zstd file", library_complaints()):
-        return unpacked_file(path, folder)
+        return unpack_file(path, folder)
 
 
 def _there(path: Path) -> Path:
@@ -160,14 +160,14 @@ def _open_sqlite(path: Path) -> Iterator[Bag]:
 
         stores: dict[str, Any] = {}
 
-        def decoded(message: RawMessage) -> Any:
+        def decode_message(message: RawMessage) -> Any:
             with damage_told(path, f"message of {message.topic} ({message.type})", own):
                 if message.type not in stores:
                     known = definitions.get(message.type)
                     stores[message.type] = ros2_types() if known is None else types_of(known)
                 return stores[message.type].deserialize_cdr(message.raw, message.type)
 
-        yield Bag("ROS 2 bag", merge_topics(iter(topics.values())), messages, decoded)
+        yield Bag("ROS 2 bag", merge_topics(iter(topics.values())), messages, decode_message)
 
 
 def _check_size(path: Path) -> None:

@@ -65,7 +65,7 @@ def open_mcap(path: Path) -> Iterator[Bag]:
 
         stores: dict[str, Any] = {}
 
-        def decoded(message: RawMessage) -> Any:
+        def decode_message(message: RawMessage) -> Any:
             with damage_told(path, f"message of {message.topic} ({message.type})", own):
                 if message.type not in stores:
                     stores[message.type] = types_of(definitions[message.type])
@@ -73,7 +73,7 @@ def open_mcap(path: Path) -> Iterator[Bag]:
                 decode = types.deserialize_cdr if message.ros2 else types.deserialize_ros1
                 return decode(message.raw, message.type)
 
-        yield Bag("MCAP file", topics, messages, decoded)
+        yield Bag("MCAP file", topics, messages, decode_message)
 
 
 def _check_end(path: Path, file: BinaryIO) -> None:

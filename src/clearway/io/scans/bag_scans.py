@@ -22,7 +22,7 @@ from clearway.io.scans.cloud_message import (
 from clearway.io.scans.livox_message import TYPES as LIVOX
 from clearway.io.scans.livox_message import points_of_livox
 from clearway.io.scans.open_bag import open_bag
-from clearway.io.scans.pointcloud import PointCloud, cleaned
+from clearway.io.scans.pointcloud import PointCloud, clean_cloud
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.io.scans.velodyne import VelodyneDecoder
 
@@ -42,7 +42,7 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
     InputError listing the valid topics where there is none, or several and none is chosen.
     """
     with open_bag(path) as bag:
-        chosen = _chosen(path, bag.topics, topic)
+        chosen = _choose_topic(path, bag.topics, topic)
         frame = _find_frame(path, bag, chosen)
         where = poses_of_bag(path, bag, frame, poses)
         kind = f"{bag.kind}, {chosen.name} ({chosen.type}), frame {frame or 'unnamed'}"
@@ -58,7 +58,7 @@ def bag_scans(path: Path, topic: str | None = None, poses: str | None = None) ->
     return ScanSequence(str(path), kind, scans, where.mounting, notes, span, frame)
 
 
-def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
+def _choose_topic(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
     """The topic asked for, or the only one with scans."""
     known = [topic for topic in topics if topic.type in POINTS]
     if name is not None:
@@ -79,11 +79,11 @@ def _chosen(path: Path, topics: tuple[Topic, ...], name: str | None) -> Topic:
                 "; it holds raw packets of an Ouster LiDAR: save them as such (`ouster-cli source "
                 "BAG save FILE.pcap`), or play them through its driver and record its points"
             )
-    valid = "; valid: " + _listed(there) if there else "; it has " + _listed(topics)
+    valid = "; valid: " + _list_topics(there) if there else "; it has " + _list_topics(topics)
     raise InputError(str(path), cause + valid)
 
 
-def _listed(topics: tuple[Topic, ...] | list[Topic]) -> str:
+def _list_topics(topics: tuple[Topic, ...] | list[Topic]) -> str:
     return (
         ", ".join(f"{one.name} ({one.type}, {one.messages} messages)" for one in topics) or "none"
     )
@@ -151,7 +151,7 @@ def _scan(
             other = f"its frame is {header.frame!r}, that of the first one {frame!r}"
             raise InputError(source, other)
         with damage_told(source, message.type):
-            return cleaned(reader(message))
+            return clean_cloud(reader(message))
 
     return TimedScan(index, time_s, None if poses.track is None else poses.track.at(time_s), read)
 

@@ -55,7 +55,7 @@ def points_of_cloud2(message: Any) -> FloatArray:
 
     Any field type, offset, padding and byte order. Raises ValueError saying what is wrong.
     """
-    return _stacked(_columns_of_cloud2(message))
+    return _stack(_columns_of_cloud2(message))
 
 
 def returns_of_cloud2(message: Any) -> tuple[FloatArray, BoolArray | None]:
@@ -70,8 +70,8 @@ def returns_of_cloud2(message: Any) -> tuple[FloatArray, BoolArray | None]:
     farthest = np.maximum(np.maximum(x, y), z)  # NaN where one of them is
     good = (farthest < BEYOND_M) & (farthest > 0.0)
     if good.all():
-        return _stacked(columns), None
-    return _stacked([column[good] for column in columns]), good
+        return _stack(columns), None
+    return _stack([column[good] for column in columns]), good
 
 
 def _columns_of_cloud2(message: Any) -> list[npt.NDArray[Any]]:
@@ -88,7 +88,7 @@ def _columns_of_cloud2(message: Any) -> list[npt.NDArray[Any]]:
     return [one if one.dtype.kind == "f" else one.astype(np.float64) for one in columns]
 
 
-def _stacked(columns: Sequence[npt.NDArray[Any]]) -> FloatArray:
+def _stack(columns: Sequence[npt.NDArray[Any]]) -> FloatArray:
     points = np.empty((len(columns[0]), 3))
     with np.errstate(invalid="ignore"):
         for axis, column in enumerate(columns):
@@ -141,7 +141,8 @@ def _row_bytes(message: Any) -> int:
 
 
 def points_of_cloud(raw: bytes, ros2: bool) -> FloatArray:
-    """[n, 3] of a serialised sensor_msgs/PointCloud: three float32 a point, its channels aside.
+    """[n, 3] of a serialised sensor_msgs/PointCloud: three float32 a point, its channels to the
+    side.
 
     Read as bytes, since a message object for each of 100,000 points takes a second. Raises
     ValueError where it is cut off.

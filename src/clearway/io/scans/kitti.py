@@ -17,7 +17,7 @@ MOST_NEGATIVE = 0.05
 
 
 def read_bin(path: Path) -> PointCloud:
-    """Points of a scan in metres, sensor frame; values after x, y, z are left aside.
+    """Points of a scan in metres, sensor frame; values after x, y, z are left to the side.
 
     Raises InputError when the size is no whole number of points, or when what should be intensities
     are no such. A file without a header cannot tell more of what is missing.

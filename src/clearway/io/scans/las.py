@@ -166,12 +166,12 @@ def _cloud(path: Path, las: Any, reference: CloudReference) -> PointCloud:
 
 def _reference(path: Path, las: Any) -> CloudReference:
     """Units by the CRS, else by the GeoTIFF keys, else metres and a note."""
-    empty = _emptied(las.header)
+    empty = _note_emptied(las.header)
     found = _reference_told(path, las)
     return found if not empty else found._replace(notes=(*found.notes, *empty))
 
 
-def _emptied(header: Any) -> tuple[str, ...]:
+def _note_emptied(header: Any) -> tuple[str, ...]:
     """A note of how many WKT records hold nothing but blanks, which are none for pyproj then."""
     records = [
         one

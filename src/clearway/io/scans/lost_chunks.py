@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 from clearway.io.foreign_errors import COMPLAINTS, LONGEST_COMPLAINT
 from clearway.io.scans.bag import library_complaints
-from clearway.io.scans.zstd import unpacked_message
+from clearway.io.scans.zstd import unpack_message
 from clearway.io.sqlite_file import INTERRUPTED, query_rows
 
 RECORD_HEAD = 9
@@ -171,7 +171,7 @@ def read_sqlite_rows(
 def try_unpack(data: bytes) -> tuple[bytes, str]:
     """Return a message that may be packed by zstd as it was serialised, or why it cannot be."""
     try:
-        return unpacked_message(data), ""
+        return unpack_message(data), ""
     except damage_complaints() as cause:
         return b"", describe(cause)
 

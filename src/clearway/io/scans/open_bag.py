@@ -78,7 +78,7 @@ def _value(message: RawMessage) -> Any:
 
 def _contents(path: Path, files: tuple[Path, ...]) -> tuple[str, tuple[Topic, ...]]:
     """Kind and topics of a recording; in the other process."""
-    with _opened(path, files) as bag:
+    with _open(path, files) as bag:
         return bag.kind, bag.topics
 
 
@@ -86,13 +86,13 @@ def _messages(
     path: Path, files: tuple[Path, ...], names: tuple[str, ...], decoded: bool
 ) -> Iterator[RawMessage]:
     """Messages of some topics with their values; in the other process."""
-    with _opened(path, files) as bag:
+    with _open(path, files) as bag:
         for message in bag.messages(names):
             has_value = decoded and not message.damage
-            yield message._replace(value=_decoded(bag, message)) if has_value else message
+            yield message._replace(value=_decode(bag, message)) if has_value else message
 
 
-def _decoded(bag: Bag, message: RawMessage) -> Any:
+def _decode(bag: Bag, message: RawMessage) -> Any:
     try:
         return _plain(bag.decoded(message))
     except InputError as error:
@@ -109,7 +109,7 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def _opened(path: Path, files: tuple[Path, ...]) -> Iterator[Bag]:
+def _open(path: Path, files: tuple[Path, ...]) -> Iterator[Bag]:
     """A recording; files: those of a ROS 2 bag, unpacked."""
     try:  # They may be there, and not load.
         import mcap.reader  # noqa: F401
@@ -157,11 +157,11 @@ def _open_bag1(path: Path) -> Iterator[Bag]:
                     str(path), f"truncated: {promised} messages promised, {found} found"
                 )
 
-        def decoded(message: RawMessage) -> Any:
+        def decode_message(message: RawMessage) -> Any:
             with damage_told(path, f"message of {message.topic} ({message.type})", own):
                 return reader.deserialize(message.raw, message.type)
 
-        yield Bag(kind, topics, messages, decoded)
+        yield Bag(kind, topics, messages, decode_message)
 
 
 def _close(reader: Any) -> None:

@@ -16,8 +16,8 @@ from clearway.base.frames import spherical_from_cartesian
 from clearway.base.state import BoolArray
 from clearway.io.apart import items_apart
 from clearway.io.foreign_errors import damage_told
-from clearway.io.scans.ouster_packets import Frame, Ouster, recorded
-from clearway.io.scans.pointcloud import PointCloud, cleaned
+from clearway.io.scans.ouster_packets import Frame, Ouster, read_recorded
+from clearway.io.scans.pointcloud import PointCloud, clean_cloud
 from clearway.io.scans.timed_scans import ScanSequence, TimedScan
 from clearway.sensors import BeamPattern
 from clearway.sensors.beams.estimate import ROUNDED_UP
@@ -38,7 +38,7 @@ def ouster_scans(path: Path) -> ScanSequence:
         raise MissingExtraError(f"reading {path}", "ouster")
     beside = metadata_beside(path)
     kind = f"packet capture, or its metadata {beside.name}"
-    started = [items_apart(path, kind, recorded, path, beside)]
+    started = [items_apart(path, kind, read_recorded, path, beside)]
     sensor = next(started[0])
     assert isinstance(sensor, Ouster)
 
@@ -46,7 +46,7 @@ def ouster_scans(path: Path) -> ScanSequence:
         if started:
             frames = started.pop()
         else:
-            frames = items_apart(path, kind, recorded, path, beside)
+            frames = items_apart(path, kind, read_recorded, path, beside)
             next(frames)
         with closing(frames):
             for index, frame in enumerate(frames):
@@ -110,7 +110,7 @@ def _scan(source: str, index: int, frame: Frame, sensor: Ouster) -> TimedScan:
         missing = expected - int(np.count_nonzero(came))
         with damage_told(source, "Ouster metadata"):
             pattern = _pattern(sensor, came, farthest)
-        return cleaned(
+        return clean_cloud(
             PointCloud(
                 points,
                 classes=None,

@@ -42,7 +42,7 @@ class Frame(NamedTuple):
     """[n, 3] of the beams that were answered."""
 
 
-def recorded(path: Path, beside: Path) -> Iterator[Ouster | Frame]:
+def read_recorded(path: Path, beside: Path) -> Iterator[Ouster | Frame]:
     """The sensor by its metadata, then the sweeps of a recording."""
     library: Any = import_module("ouster.sdk")
     core: Any = import_module("ouster.sdk.core")

@@ -22,7 +22,8 @@ TOLD_LINES = 5
 
 
 def read_pcd(path: Path) -> PointCloud:
-    """Points of a PCD file in metres, sensor frame, as they stand; other fields are left aside.
+    """Points of a PCD file in metres, sensor frame, as they stand; other fields are left to the
+    side.
 
     Raises InputError for a damaged header, missing x, y, z, or fewer points than it promises;
     MissingExtraError where binary_compressed is to be unpacked without [lidar].
@@ -30,7 +31,7 @@ def read_pcd(path: Path) -> PointCloud:
     with naming(path, "read"):
         content = path.read_bytes()
     header = read_pcd_header(str(path), content)
-    read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}[header.data]
+    read = {"ascii": _ascii, "binary": _binary, "binary_compressed": _read_compressed}[header.data]
     points_m, notes = read(str(path), header, content[header.start :])
     return PointCloud(
         points_m=points_m,
@@ -94,7 +95,7 @@ def _binary(source: str, header: PcdHeader, content: bytes) -> Read:
     return points, _surplus(header, held)
 
 
-def _compressed(source: str, header: PcdHeader, content: bytes) -> Read:
+def _read_compressed(source: str, header: PcdHeader, content: bytes) -> Read:
     """Packed by LZF, all values of one field together."""
     if not header.points:
         return np.zeros((0, 3)), ()

@@ -37,7 +37,8 @@ class PlyHeader(NamedTuple):
 
 
 def read_ply(path: Path) -> PointCloud:
-    """Vertices of a PLY file in metres, sensor frame; faces and other properties are left aside.
+    """Vertices of a PLY file in metres, sensor frame; faces and other properties are left to the
+    side.
 
     Raises InputError for a damaged header, missing x, y, z, or fewer vertices than it promises.
     """

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.io.foreign import is_number, unended
+from clearway.io.foreign import is_number, note_unended
 from clearway.io.foreign_errors import damage_told
 from clearway.io.scans.pointcloud import PointCloud
 
@@ -64,13 +64,13 @@ def read_point_table(path: Path) -> PointCloud:
         )
     except ValueError as cause:
         raise InputError(str(path), _first_bad_lines(numbered, layout) or str(cause)) from cause
-    return replace(_cloud(path, points), notes=unended(text))
+    return replace(_cloud(path, points), notes=note_unended(text))
 
 
 def read_npy(path: Path) -> PointCloud:
     """Points of a NumPy array [n, 3 or more] of numbers, or of records with x, y and z.
 
-    Columns after the third, and other fields, are left aside.
+    Columns after the third, and other fields, are left to the side.
     """
     with damage_told(path, ".npy file", (TokenError, SyntaxError)), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # Written by Python 2: read all the same.

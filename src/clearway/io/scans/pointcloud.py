@@ -52,7 +52,7 @@ class PointCloud:
     __repr__ = brief
 
 
-def cleaned(cloud: PointCloud, without_classes: Sequence[int] = ()) -> PointCloud:
+def clean_cloud(cloud: PointCloud, without_classes: Sequence[int] = ()) -> PointCloud:
     """Only finite points, and no wider than the unit can be right; of a scan, none at its origin.
 
     without_classes: left out first, since it is noise that strays; InputError without classes.

@@ -72,7 +72,7 @@ def _times(folder: Path, files: list[Path]) -> tuple[list[float], str]:
     for place in (folder, folder.parent):
         for name in TIME_FILES:
             if (place / name).is_file():
-                return _told(place / name, len(files)), f"times of {name}"
+                return _read_times(place / name, len(files)), f"times of {name}"
     if all(NANOSECONDS.fullmatch(_number(file)) for file in files):
         scale = 10.0 ** -(len(_number(files[0])) - 10)
         return [int(_number(file)) * scale for file in files], "times of the names of its files"
@@ -81,7 +81,7 @@ def _times(folder: Path, files: list[Path]) -> tuple[list[float], str]:
     )
 
 
-def _told(path: Path, count: int) -> list[float]:
+def _read_times(path: Path, count: int) -> list[float]:
     """Seconds, or dates and times, one a line."""
     lines = [line.strip() for line in read_text(path).splitlines() if line.strip()]
     if len(lines) != count:

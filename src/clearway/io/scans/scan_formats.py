@@ -174,14 +174,14 @@ def read_cloud(path: Path, without_classes: Sequence[int] = (), frame: Axes = "b
     """As `read_points`, but perhaps without any point, and by default as it stands."""
     from clearway.io.foreign_errors import damage_told
     from clearway.io.scans.optical import turn_cloud, turn_scans
-    from clearway.io.scans.pointcloud import cleaned
+    from clearway.io.scans.pointcloud import clean_cloud
     from clearway.io.scans.usable import LeftOut, find_usable
 
     one = format_of(path)
     check_start(path)
     with damage_told(path, f"{path.suffix} file"):
         if one.cloud is not None:
-            cloud = cleaned(one.cloud(path), without_classes)
+            cloud = clean_cloud(one.cloud(path), without_classes)
             return turn_cloud(cloud) if frame == "optical" else cloud
         assert one.scans is not None
         return find_usable(turn_scans(one.scans(path, None, None), frame), LeftOut())[1]

@@ -43,13 +43,13 @@ def _as_recorded(path: Path, topic: str | None, poses: str | Path | None) -> Sca
     if topic is not None and not is_bag:
         raise InputError(str(path), f"topic {topic!r}: only bags and MCAP files have topics")
     if poses is None:
-        return _opened(path, is_bag, topic, None)
+        return _open(path, is_bag, topic, None)
     file = Path(poses)
     if not file.is_file():
         if is_bag:
-            return _opened(path, is_bag, topic, str(poses))
+            return _open(path, is_bag, topic, str(poses))
         raise InputError(str(poses), "cannot be read: no such file of poses")
-    return _with_poses(_opened(path, is_bag, topic, None), file)
+    return _with_poses(_open(path, is_bag, topic, None), file)
 
 
 def _is_bag_folder(path: Path) -> bool:
@@ -60,7 +60,7 @@ def _is_bag_folder(path: Path) -> bool:
     )
 
 
-def _opened(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
+def _open(path: Path, is_bag: bool, topic: str | None, poses: str | None) -> ScanSequence:
     if path.is_dir():
         return bag_scans(path, topic, poses) if is_bag else folder_scans(path)
     if path.suffix.lower() not in BY_SUFFIX:

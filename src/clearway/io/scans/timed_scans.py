@@ -61,7 +61,7 @@ def scan_at(sequence: ScanSequence, at: At = 0) -> TimedScan:
     """
     after_s = _seconds(sequence.source, at)
     if after_s is None:
-        return _numbered(sequence, int(at))
+        return _number(sequence, int(at))
     first = best = None
     for scan in sequence:
         if first is None or best is None:
@@ -98,7 +98,7 @@ def _seconds(source: str, at: At) -> float | None:
     return seconds
 
 
-def _numbered(sequence: ScanSequence, index: int) -> TimedScan:
+def _number(sequence: ScanSequence, index: int) -> TimedScan:
     count = 0
     for scan in sequence:
         if scan.index == index:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from clearway.base.errors import MissingExtraError
 from clearway.base.frames import FloatArray
 from clearway.io.scans.pointcloud import PointCloud
-from clearway.sensors import NAMED_PATTERNS, BeamPattern, named_pattern
+from clearway.sensors import NAMED_PATTERNS, BeamPattern, find_pattern
 
 NAMED = {"VLP16": "vlp16", "PuckLite": "vlp16", "VLS128": "vls128", "AlphaPrime": "vls128"}
 CALIBRATIONS = {
@@ -64,7 +64,7 @@ class VelodyneDecoder:
         ]
         _, values = self._decoder.decode(self._library.PacketVector(packets))
         points = np.ascontiguousarray(values[:, :3], dtype=np.float64)
-        lost = lost_sectors(np.array([packet.data for packet in scan.packets]))
+        lost = find_lost_sectors(np.array([packet.data for packet in scan.packets]))
         model = self._decoder.model_id
         pattern = None if model is None else model_pattern(str(model).rpartition(".")[2])
         if pattern is not None and len(lost):
@@ -82,7 +82,7 @@ class VelodyneDecoder:
         )
 
 
-def lost_sectors(packets: npt.NDArray[np.uint8]) -> FloatArray:
+def find_lost_sectors(packets: npt.NDArray[np.uint8]) -> FloatArray:
     """[n, 2] azimuths from and to, left positive, between which no packet [m, 1206] looked."""
     low = packets[:, 2 : BLOCKS * BLOCK_BYTES : BLOCK_BYTES].astype(np.int64)
     high = packets[:, 3 : BLOCKS * BLOCK_BYTES : BLOCK_BYTES].astype(np.int64)
@@ -110,7 +110,7 @@ def model_pattern(model: str) -> BeamPattern | None:
     """Beams of a Velodyne by its name in velodyne-decoder; None for the HDL-64E, whose every
     unit has a calibration of its own."""
     if model in NAMED and NAMED[model] in NAMED_PATTERNS:
-        return named_pattern(NAMED[model])
+        return find_pattern(NAMED[model])
     if model not in CALIBRATIONS:
         return None
     from velodyne_decoder import Calibration, get_bundled_calibration

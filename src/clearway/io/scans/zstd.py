@@ -19,7 +19,7 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """What the system says of a disk that is full."""
 
 
-def unpacked_message(data: bytes) -> bytes:
+def unpack_message(data: bytes) -> bytes:
     """A message as it was serialised; ValueError where it unpacks to far too much."""
     if not data.startswith(MAGIC):
         return data
@@ -32,7 +32,7 @@ def unpacked_message(data: bytes) -> bytes:
     return plain
 
 
-def unpacked_file(path: Path, folder: Path) -> Path:
+def unpack_file(path: Path, folder: Path) -> Path:
     """The file unpacked into a folder, under its name without the suffix.
 
     Raises InputError where it is cut off or unpacks to far too much, ZstdError where it is damaged.

@@ -50,7 +50,7 @@ def read_aircraft(source: str, content: bytes) -> TrafficRecording:
 
 
 def _first(row: Mapping[str, Any], names: tuple[str, ...]) -> Any:
-    """The first of some values that is told."""
+    """The first of some values that is reported."""
     return next((row[name] for name in names if row.get(name) is not None), None)
 
 

@@ -23,7 +23,8 @@ BODY_BYTES = {
     POSITION: 21,
     NAME: 8,
 }
-"""By type: Mode A/C, short and long Mode S; the receiver's own state, place, and name (readsb)."""
+"""By type: Mode A/C, short and long Mode S; the receiver's own state, place, and name
+(readsb)."""
 OF_USE = {
     MODE_AC: "Mode A/C reply",
     STATE: "state of the receiver",

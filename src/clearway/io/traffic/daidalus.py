@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS, NAUTICAL_MILE_M
-from clearway.io.foreign import unended
+from clearway.io.foreign import note_unended
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
@@ -62,7 +62,7 @@ def read_daidalus(source: str, content: bytes) -> TrafficRecording:
         factors, notes = _factors(source, rows[0], columns), []
         rows = rows[1:]
     sieve = Sieve(source)
-    sieve.notes.extend((*notes, *_unused(names, columns), *unended(content)))
+    sieve.notes.extend((*notes, *_note_unused(names, columns), *note_unended(content)))
     own = None
     for number, (place, words) in enumerate(rows, start=1):
         if len(words) >= len(names) and _is_row(words, columns):
@@ -105,7 +105,7 @@ def _columns(source: str, names: Sequence[str]) -> dict[str, int]:
     return columns
 
 
-def _unused(names: Sequence[str], columns: Mapping[str, int]) -> list[str]:
+def _note_unused(names: Sequence[str], columns: Mapping[str, int]) -> list[str]:
     """A note on the columns that are not read; uncertainties first, which widen nothing here."""
     unused = [name for at, name in enumerate(names) if name and at not in columns.values()]
     uncertain = [name for name in unused if UNCERTAIN.search(name)]

@@ -60,7 +60,7 @@ def read_dataflash(source: str, content: bytes) -> TrafficRecording:
     """
     if find_spec("pymavlink") is None:
         raise MissingExtraError(f"reading {source}", "mavlink")
-    rows, others, lost_bytes = apart(Path(source), "DataFlash log", logged_rows, content)
+    rows, others, lost_bytes = apart(Path(source), "DataFlash log", read_logged_rows, content)
     sieve = Sieve(source)
     sieve.use("other message", others)
     if lost_bytes < 0:
@@ -87,7 +87,7 @@ def read_dataflash(source: str, content: bytes) -> TrafficRecording:
     return sieve.recording(FORM, "relative" if begin_s is None else "utc", own_address=OWN)
 
 
-def logged_rows(
+def read_logged_rows(
     content: bytes, fields: Mapping[str, tuple[str, ...]] = FIELDS
 ) -> tuple[list[LoggedRow], int, int]:
     """Messages that are read, in their order, how many others, and bytes that hold none.
@@ -211,14 +211,14 @@ def _take_other(values: dict[str, float | None], time_s: float, sieve: Sieve) ->
             None if height is None else height * 1e-3,
             None if height is None else "barometric",
             None,
-            _scaled(values["Hor_vel"], 1e-2),
+            _scale(values["Hor_vel"], 1e-2),
             None if heading is None else math.radians(heading * 1e-2),
-            _scaled(values["Ver_vel"], 1e-2),
+            _scale(values["Ver_vel"], 1e-2),
             "",
             "adsb",
         )
     )
 
 
-def _scaled(value: float | None, factor: float) -> float | None:
+def _scale(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor

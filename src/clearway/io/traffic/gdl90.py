@@ -55,7 +55,7 @@ def is_gdl90(head: bytes) -> bool:
     """Whether a frame with a right checksum begins in it."""
     if FLAG not in head:
         return False
-    return any(_checked(frame) is not None for _, frame in _frames(head))
+    return any(_check(frame) is not None for _, frame in _frames(head))
 
 
 def read_gdl90(source: str, content: bytes) -> TrafficRecording:
@@ -65,7 +65,7 @@ def read_gdl90(source: str, content: bytes) -> TrafficRecording:
     own: str | None = None
     own_height: tuple[float, float] | None = None
     for place, frame in _frames(content):
-        message = _checked(frame)
+        message = _check(frame)
         if message is None:
             sieve.drop(DAMAGED, f"byte {place}: {len(frame)} bytes, checksum wrong")
             continue
@@ -106,7 +106,7 @@ def _frames(content: bytes) -> Iterator[tuple[int, bytes]]:
         begin = end
 
 
-def _checked(frame: bytes) -> bytes | None:
+def _check(frame: bytes) -> bytes | None:
     """The message in a frame, None where the checksum does not fit."""
     if len(frame) > 2 * LONGEST:
         return None
@@ -169,7 +169,7 @@ def _take(message: bytes, time_s: float | None, geometric_m: float | None, sieve
             geometric_m,
             None if speed == NO_SPEED else speed * KNOT_MPS,
             math.radians(TURN_DEG * message[17]) if misc & 3 == TRUE_TRACK else None,
-            None if climb == NO_CLIMB else _signed(climb) * CLIMB_FPM * FOOT_PER_MINUTE_MPS,
+            None if climb == NO_CLIMB else _read_signed(climb) * CLIMB_FPM * FOOT_PER_MINUTE_MPS,
             message[19:27].decode("ascii", "replace").strip("\0 "),
             _source(kind),
         )
@@ -184,5 +184,5 @@ def _source(kind: int) -> Source:
     return "tisb" if kind in TISB_KINDS else "adsb"
 
 
-def _signed(twelve_bits: int) -> int:
+def _read_signed(twelve_bits: int) -> int:
     return twelve_bits - 0x1000 if twelve_bits & 0x800 else twelve_bits

@@ -39,7 +39,7 @@ def read_hex(source: str, content: bytes) -> TrafficRecording:
     columns = find_message_columns(lines) or MessageColumns(0, 1)
     for place, line in enumerate(lines, start=1):
         try:
-            frames.add(*_parsed(line, columns))
+            frames.add(*_parse_row(line, columns))
         except ValueError as cause:
             if not line.strip() or line.startswith("#") or (place == 1 and _is_header(line)):
                 continue
@@ -103,7 +103,7 @@ def decode_frame(digits: str) -> bytes:
     return message
 
 
-def _parsed(line: str, columns: MessageColumns) -> tuple[float, bytes]:
+def _parse_row(line: str, columns: MessageColumns) -> tuple[float, bytes]:
     """Time and message of a row; raises ValueError with the reason if it is none."""
     words = line.split(",")
     if len(words) <= max(columns):

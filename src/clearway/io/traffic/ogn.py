@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
-from clearway.io.foreign import unended
+from clearway.io.foreign import note_unended
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
     NO_ADDRESS,
@@ -79,7 +79,7 @@ def read_ogn(source: str, content: bytes) -> TrafficRecording:
     """
     sieve, days = Sieve(source), Days()
     lines = content.decode("utf-8", "replace").splitlines()
-    sieve.notes.extend(unended(content))
+    sieve.notes.extend(note_unended(content))
     undated = False
     for number, line in enumerate(lines, start=1):
         text = line.strip()
@@ -142,7 +142,7 @@ def _report(place: re.Match[str], time_s: float, address: str) -> TrafficReport:
     pressure = None if level is None else 100.0 * float(level[1]) * FOOT_M
     altitude = height if pressure is None else pressure
     speed = None if place["speed"] is None else float(place["speed"]) * KNOT_MPS
-    # A course of 000 is told where there is none; 360 is north.
+    # A course of 000 is reported where there is none; 360 is north.
     course = float(place["course"]) if speed and place["course"] != "000" else None
     return TrafficReport(
         time_s,

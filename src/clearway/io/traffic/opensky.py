@@ -48,7 +48,7 @@ def read_states(source: str, content: bytes) -> TrafficRecording:
 
 
 def take_state(row: Mapping[str, Any], sieve: Sieve) -> None:
-    """One state into the sieve; `time` counts where that of its position is not told."""
+    """One state into the sieve; `time` counts where that of its position is not reported."""
     time_s = epoch_s(row.get("lastposupdate"))
     if time_s is None:
         time_s = epoch_s(row.get("time"))

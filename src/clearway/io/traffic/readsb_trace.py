@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import NoJsonError, parsed_json
+from clearway.io.foreign import NoJsonError, parse_json
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
     Sieve,
@@ -31,7 +31,7 @@ def read_trace(source: str, content: bytes) -> TrafficRecording:
     4 ground speed, 5 track, 6 flags, 7 vertical rate, 8 details, 9 type, 10 geometric altitude.
     """
     try:
-        data = parsed_json(source, content)
+        data = parse_json(source, content)
     except NoJsonError as cause:
         raise InputError(source, f"no whole JSON object, truncated? ({cause})") from cause
     address, start_s = address_of(data.get("icao")), number(data.get("timestamp"))

@@ -1,8 +1,8 @@
 """Telemetry logs of ground stations (.tlog): MAVLink frames, each after its time of arrival.
 
-Of them the own GPS positions, and what ADSB_VEHICLE and Remote ID tell of others. Frames are told
-apart by their lengths; where that fails, the next place that looks like the beginning of a record
-goes on.
+Of them the own GPS positions, and what ADSB_VEHICLE and Remote ID tell of others. Frames are
+distinguished by their lengths; where that fails, the next place that looks like the beginning of a
+record goes on.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def read_traffic(path: str | Path) -> TrafficRecording:
         raise InputError(str(path), "the file is empty (0 bytes)")
     packed_cut = ""
     if content.startswith(GZIP):
-        content, packed_cut = _unpacked(str(path), content)
+        content, packed_cut = _unpack(str(path), content)
     reader = next((form.read for form in TRAFFIC_FORMATS if form.recognises(content)), None)
     if reader is None and packed_cut:
         raise InputError(str(path), f"truncated: {packed_cut}")
@@ -66,7 +66,7 @@ def read_traffic(path: str | Path) -> TrafficRecording:
     return recording
 
 
-def _unpacked(source: str, content: bytes) -> tuple[bytes, str]:
+def _unpack(source: str, content: bytes) -> tuple[bytes, str]:
     """What gzip has packed, all members of it, and where it is cut off, in words, if it is."""
     parts: list[bytes] = []
     most, total, at = max(MOST_BYTES, MOST_RATIO * len(content)), 0, 0

@@ -98,7 +98,7 @@ class Sieve:
         self._odd[what] += 1
 
     def take(self, report: TrafficReport) -> None:
-        """A report with a position, if it can be true and is not told twice."""
+        """A report with a position, if it can be true and is not reported twice."""
         key = (report.address, report.time_s)
         last = self._last.get(report.address)
         wrong = _impossible_fields(report)

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from clearway.io.foreign import unended
+from clearway.io.foreign import note_unended
 from clearway.io.traffic.opensky import OPENSKY_FORM as STATES
 from clearway.io.traffic.opensky import take_state
 from clearway.io.traffic.traffic_rows import DAMAGED, Sieve
@@ -37,7 +37,7 @@ def read_table(source: str, content: bytes) -> TrafficRecording:
     assert kind is not None  # that is how the file was recognised
     form, take = kind
     sieve = Sieve(source)
-    sieve.notes.extend(unended(content))
+    sieve.notes.extend(note_unended(content))
     for place, row in enumerate(csv.reader(lines[1:]), start=2):
         if not row:
             continue

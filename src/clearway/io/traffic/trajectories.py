@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from clearway.base.errors import InputError
-from clearway.io.foreign import NoJsonError, parsed_json
+from clearway.io.foreign import NoJsonError, parse_json
 from clearway.io.json_objects import json_objects
 from clearway.io.traffic.traffic_rows import (
     Sieve,
@@ -40,7 +40,7 @@ def read_trajectory_columns(source: str, content: bytes) -> TrafficRecording:
     Raises InputError where the object is cut off, or a column is no object.
     """
     try:
-        columns = parsed_json(source, content)
+        columns = parse_json(source, content)
     except NoJsonError as cause:
         raise InputError(source, f"no whole JSON object, truncated? ({cause})") from cause
     named = {name: values for name, values in columns.items() if isinstance(values, dict)}

@@ -4,9 +4,9 @@ from clearway.live.dynamic_objects.following import (
     Body,
     DynamicObjectSettings,
     Following,
+    find_unreported,
     follow,
     forget_dynamic_objects,
-    unreported,
 )
 from clearway.live.dynamic_objects.motion import FittedMotion, fit_motion
 
@@ -15,8 +15,8 @@ __all__ = [
     "DynamicObjectSettings",
     "FittedMotion",
     "Following",
+    "find_unreported",
     "fit_motion",
     "follow",
     "forget_dynamic_objects",
-    "unreported",
 ]

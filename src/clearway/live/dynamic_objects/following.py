@@ -91,7 +91,7 @@ class Body:
     passed: int = 0
     """Scans in a row that looked through the place where it should be."""
 
-    def expected_m(self, time_s: float) -> FloatArray:
+    def expect_m(self, time_s: float) -> FloatArray:
         """[3] where its centre should be at a time."""
         if self.motion is not None:
             return self.motion.at(time_s)
@@ -155,13 +155,13 @@ def follow(
         returns=settings.returns,
         ground_m=ground_m,
     )
-    again = _assigned(following.bodies, sightings, scan.time_s, settings)
+    again = _assign(following.bodies, sightings, scan.time_s, settings)
     bodies, begun = [], following.begun
     for number, body in enumerate(following.bodies):
         if number not in again:
             bodies += _out_of_sight(body, frame, settings)
             continue
-        seen = _seen_again(body, sightings[again[number]], settings)
+        seen = _see_again(body, sightings[again[number]], settings)
         if seen.motion is not None and seen.number == 0:
             begun += 1
             seen = replace(seen, number=begun)
@@ -189,7 +189,9 @@ def forget_dynamic_objects(memory: PointMemory, following: Following) -> PointMe
     return memory
 
 
-def unreported(dynamic_objects: Sequence[Intruder], reported: Sequence[Intruder]) -> list[Intruder]:
+def find_unreported(
+    dynamic_objects: Sequence[Intruder], reported: Sequence[Intruder]
+) -> list[Intruder]:
     """Those that no reported intruder accounts for, by place at their own time."""
 
     def accounts(report: Intruder, moving: Intruder) -> bool:
@@ -205,7 +207,7 @@ def unreported(dynamic_objects: Sequence[Intruder], reported: Sequence[Intruder]
     ]
 
 
-def _assigned(
+def _assign(
     bodies: Sequence[Body],
     sightings: Sequence[Sighting],
     time_s: float,
@@ -216,7 +218,7 @@ def _assigned(
 
     if not bodies or not sightings:
         return {}
-    expected = np.array([body.expected_m(time_s) for body in bodies])
+    expected = np.array([body.expect_m(time_s) for body in bodies])
     found = np.array([s.center_m(s.half_width_m) for s in sightings])
     gates = np.array([body.gate_m(time_s, settings) for body in bodies])
     apart = np.linalg.norm(expected[:, None] - found, axis=2)
@@ -236,7 +238,7 @@ def _out_of_sight(body: Body, frame: BeamFrame, settings: DynamicObjectSettings)
     return [replace(body, passed=passed)] if kept else []
 
 
-def _seen_again(body: Body, sighting: Sighting, settings: DynamicObjectSettings) -> Body:
+def _see_again(body: Body, sighting: Sighting, settings: DynamicObjectSettings) -> Body:
     """The body after its next sighting, with a motion if it is a dynamic object."""
     oldest = sighting.time_s - settings.window_s - 1e-9
     sightings = (*(s for s in body.sightings if s.time_s >= oldest), sighting)

@@ -97,10 +97,10 @@ class Guardian:
             problems.append("acceleration_mps2: must be above 0")
         if problems:
             raise InputError("guardian", problems)
-        self.escape = escape_plan(planner, lidars, start=start).unseen_is_free()
+        self.escape = escape_plan(planner, lidars, start=start).count_unobserved_as_free()
         """Which ways out are kept in hand, and why."""
         self._nearness = NearnessToWish()
-        self.planner = planner_towards(self.escape.flown_by(planner), self._nearness)
+        self.planner = planner_towards(self.escape.adapt_planner(planner), self._nearness)
         escapes = self.planner.escapes
         if escapes is None:
             raise ClearwayError(f"guardian: needs escapes; {self.escape.why}")
@@ -324,7 +324,7 @@ class Guardian:
         """When the way out held at a time has been flown, as `AvoidanceSystem.escape_ends_s`."""
         clock = self._known.clock
         ends_s = None if self.held is None else self.held.escape_ends_s(clock.own(time_s))
-        return None if ends_s is None else clock.told(ends_s)
+        return None if ends_s is None else clock.to_stated(ends_s)
 
     def set_point_at(self, time_s: float) -> SetPoint | None:
         """What is in hand as a set-point of a time; None before anything is."""

@@ -1,1 +1,1 @@
-"""What comes in: readings and their times, own states, scans, reports, the wind."""
+"""What comes in: readings and their times, own state estimates, scans, reports, the wind."""

@@ -1,8 +1,9 @@
-"""The time of the questions: who asks tells what time it is, and readings are held against it.
+"""The time of the questions: who asks tells what time it is, and readings are checked against it.
 
 A clock may be set. The system keeps a time of its own, which never runs back: told times are
 shifted onto it, so that what is known keeps its age when the clock jumps. How much time passed
-meanwhile nobody knows, so the own place is in doubt until an own state by the new clock comes.
+meanwhile nobody knows, so the own position is in doubt until an own state estimate by the new clock
+comes.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ class Clock:
         """A told time in own time."""
         return told_s + self._offset_s if self._offset_s else told_s
 
-    def told(self, own_s: float) -> float:
-        """An own time as it is told."""
+    def to_stated(self, own_s: float) -> float:
+        """An own time as it is reported."""
         return own_s - self._offset_s if self._offset_s else own_s
 
     def ask(self, told_s: float) -> tuple[float, str | None]:
@@ -95,13 +96,14 @@ class Clock:
         return float(median(self._strides)) if self._strides else 0.0
 
     def settle(self, state_s: float) -> None:
-        """An own state of an own time ends the doubt if only the new clock can have told it."""
+        """An own state estimate of an own time ends the doubt if only the new clock can have told
+        it."""
         if state_s > self._doubted_until_s:
             self._doubt_s, self._doubted_until_s, self._stepped_back_s = 0.0, -np.inf, 0.0
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the clock jumped, and no own state has come by the new one."""
+        """Whether the clock jumped, and no own state estimate has come by the new one."""
         return self._doubt_s > 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""How far own places scatter, told by what each takes back of the one before.
+"""How far own positions scatter, told by what each takes back of the one before.
 
 An error of a place is taken back by the next one, so steps that follow each other turn against it.
 What wind, gusts or a vehicle that lags add stays, and turns against nothing.
@@ -13,11 +13,11 @@ from clearway.base.frames import FloatArray, measure_length
 MEMORY = 60.0
 """Steps over which it is averaged, about."""
 FEWEST = 20
-"""Steps before anything is told: of as many, chance alone looks like a third of what varies."""
+"""Steps before anything is reported: of as many, chance alone looks like a third of what varies."""
 
 
 class OwnScatter:
-    """Estimates the standard deviation of own places, per axis.
+    """Estimates the standard deviation of own positions, per axis.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class OwnScatter:
         self._drift: FloatArray | None = None
 
     def take(self, off_m: FloatArray | None) -> None:
-        """Take how far [3] an own place lies off what was flown since the one before.
+        """Take how far [3] an own position lies off what was flown since the one before.
 
-        None where that is not known: the next place is not held against this one either.
+        None where that is not known: the next place is not checked against this one either.
         """
         if off_m is None or measure_length(off_m) > self._most_m:
             self._before = None

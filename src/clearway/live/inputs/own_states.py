@@ -1,4 +1,5 @@
-"""Own states as they come: where the vehicle was when a scan was taken, and where it is now."""
+"""Own state estimates as they come: where the vehicle was when a scan was taken, and where it is
+now."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ def split_velocity(velocity_mps: FloatArray) -> tuple[float, float]:
     return float(np.hypot(velocity_mps[0], velocity_mps[1])), float(velocity_mps[2])
 
 
-def moved_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
+def carry_state_on(state: State, velocity_mps: FloatArray, time_s: float) -> State:
     """A state carried straight on to a time by its velocity [3], and turned into its course; one
     that is slow keeps its heading."""
     level_mps, _ = split_velocity(velocity_mps)
@@ -191,7 +192,7 @@ class Flown:
 
 
 class OwnStates:
-    """The own states of the last seconds, in the order of their times."""
+    """The own state estimates of the last seconds, in the order of their times."""
 
     def __init__(self, history_s: float, flown: Flown) -> None:
         self._history_s, self._flown = history_s, flown
@@ -208,7 +209,7 @@ class OwnStates:
 
     @property
     def latest(self) -> State:
-        """Raises ClearwayError if no own state has come yet."""
+        """Raises ClearwayError if no own state estimate has come yet."""
         if not self._states:
             raise ClearwayError("no state estimate yet: update the system with one before deciding")
         return self._states[-1]
@@ -218,7 +219,7 @@ class OwnStates:
         return bool(self._states) and not time_s < self._states[0].time_s - TIME_TOLERANCE_S
 
     def at(self, time_s: float) -> State:
-        """Own state at a time: along what was flown, through the states that came.
+        """Own state estimate at a time: along what was flown, through the states that came.
 
         Between two states the way flown from the first is bent to end in the second, evenly over
         the time; where nothing is known to be flown that is a straight line.

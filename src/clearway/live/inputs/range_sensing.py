@@ -32,9 +32,9 @@ from clearway.sensors import (
     PointMemory,
     RangeSensor,
     Scan,
-    heard,
+    detect_nothing,
+    hear_reading,
     remember_reading,
-    unseen,
 )
 from clearway.sensors.memory.point_memory import CAPACITY
 from clearway.sensors.observed.free_space import FreeSpace
@@ -53,7 +53,7 @@ MEMORY_BALLS = 16_000
 def free_space_for(
     planner: Planner, start_m: FloatArray, complete_m: FloatArray | None = None
 ) -> FreeSpace:
-    """Nothing seen yet, a ball about the start that counts as free, and where the way out may go by
+    """Nothing seen yet, a ball about the start that counts as free, and where the escape may go by
     the map, the box in which that is declared complete."""
     settings = planner.settings
     return FreeSpace(
@@ -106,8 +106,8 @@ class RangeSensing:
         settings = DynamicObjectSettings.of(margin, planner.speed_mps, decides_s)
         self._following = Following(settings) if planner.settings.follow_movers else None
         self.free_space: FreeSpace | None = None
-        """What was seen to be free: ways out have to lead through it, or at least those out of
-        dead ends are sought in it."""
+        """What was seen to be free: escapes have to lead through it, or at least those out of dead
+        ends are sought in it."""
         mapped = planner.settings.escape == Escape.MAPPED and complete_m is not None
         if (sensors or mapped) and planner.escapes is not None:
             self.free_space = free_space_for(planner, start_m, complete_m)
@@ -132,7 +132,8 @@ class RangeSensing:
         return None
 
     def take(self, scan: Scan, state: State) -> Mapping[str, int]:
-        """Take a scan without flaw, and the own state of its time; what is left out, by reason."""
+        """Take a scan without flaw, and the own state estimate of its time; what is left out, by
+        reason."""
         self._scans[scan.sensor] = scan
         sensor, sigmas = self.sensors[scan.sensor], self._planner.settings.sigmas
         counts, memory, before = self._sifted.take(
@@ -149,7 +150,7 @@ class RangeSensing:
             hiding_m=counts.hiding_m,
         )
         if self._court is not None:
-            self._court = heard(
+            self._court = hear_reading(
                 self._court, self.sensors, scan, state, sigmas=sigmas, ground_m=self._ground_m
             )
         if self.free_space is not None and self.believes(scan.sensor):
@@ -162,7 +163,7 @@ class RangeSensing:
             self.free_space.withdraw_start(*near)
         if self.believes(scan.sensor) and isinstance(sensor, LidarSensor):
             self._follow(sensor.lidar, scan, state)
-        return _left_out(self._memories[scan.sensor], self._sifted.held(scan.sensor))
+        return _count_left_out(self._memories[scan.sensor], self._sifted.count_held(scan.sensor))
 
     def begin_at(self, place_m: FloatArray) -> None:
         """Count the ball about another place than the start as free, where the vehicle is handed
@@ -178,7 +179,7 @@ class RangeSensing:
         if float(np.linalg.norm(place_m - middle_m)) <= within_m:
             return
         free.begin_at(place_m, _start_free_m(self._planner))
-        for _, memory in self._believed_memories():
+        for _, memory in self._list_believed_memories():
             free.withdraw_start(*memory.near(*free.start))
 
     def forget_free_space(self) -> None:
@@ -259,16 +260,16 @@ class RangeSensing:
     def detections(
         self, scans: Mapping[str, Scan], frame: GridFrame, own_state_at: Callable[[float], State]
     ) -> list[Detection]:
-        """One per sensor, in a grid's frame; without a scan all is unseen."""
+        """One per sensor, in a grid's frame; without a scan all is unobserved."""
         return [
             self._detection(scans[name], frame, own_state_at(scans[name].time_s))
             if name in scans
-            else unseen(self._planner.grid, sensor)
+            else detect_nothing(self._planner.grid, sensor)
             for name, sensor in self.sensors.items()
         ]
 
     def _detection(self, scan: Scan, frame: GridFrame, pose: State) -> Detection:
-        """pose: the own state when the scan was taken."""
+        """pose: the own state estimate when the scan was taken."""
         detection = self.sensors[scan.sensor].detect(
             self._planner.grid,
             scan,
@@ -286,7 +287,7 @@ class RangeSensing:
             return None
         return Ground(frame.up, self._ground_m - float(frame.origin_m[2]), 0.0)
 
-    def remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
+    def list_remembered_near(self, position_m: FloatArray, margin_m: float) -> PointHazards:
         """Points of this and earlier scans that a trajectory from there could come near to.
 
         Those of sensors that measure worse than the best are grown by the difference here, since a
@@ -297,7 +298,7 @@ class RangeSensing:
         reach += max(2.0 * settings.safety_margin_m, margin_m)
         best = self.sigma_m
         near = []
-        for name, memory in self._believed_memories():
+        for name, memory in self._list_believed_memories():
             place, radius = memory.near(position_m, reach)
             worse = self.sensors[name].sigma_m - best
             near.append((place, radius + settings.point_sigmas * worse if worse else radius))
@@ -305,8 +306,8 @@ class RangeSensing:
 
     @property
     def remembered(self) -> PointHazards:
-        """What is told of this and earlier scans."""
-        told = [memory.told for _, memory in self._believed_memories()]
+        """What is reported of this and earlier scans."""
+        told = [memory.told for _, memory in self._list_believed_memories()]
         return _together(told + self._at_once)
 
     @property
@@ -318,7 +319,7 @@ class RangeSensing:
             if len(sieve.at_once.radius_m) and self.believes(name)
         ]
 
-    def _believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
+    def _list_believed_memories(self) -> Iterable[tuple[str, PointMemory]]:
         return ((name, memory) for name, memory in self._memories.items() if self.believes(name))
 
 
@@ -338,7 +339,7 @@ def _nothing_remembered(planner: Planner, sensor: RangeSensor, reach_m: float) -
     )
 
 
-def _left_out(memory: PointMemory, held: int) -> Mapping[str, int]:
+def _count_left_out(memory: PointMemory, held: int) -> Mapping[str, int]:
     """What the latest sweep made a memory leave out, or hold more coarsely."""
     if not (memory.merged or memory.dropped or memory.too_small or held):
         return {}

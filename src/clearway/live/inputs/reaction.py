@@ -35,7 +35,7 @@ def smallest_object_m(planner: Planner) -> float:
     return declared_m
 
 
-def flown_m(planner: Planner, since: State | None, now: State) -> float:
+def bound_flown_m(planner: Planner, since: State | None, now: State) -> float:
     """How far the vehicle may fly between two scans as far apart as the latest; before a second one
     a movement."""
     if since is None:

@@ -12,7 +12,7 @@ from clearway.traffic import Intruder
 Reading = State | Scan | Intruder
 
 TIME_TOLERANCE_S = 1e-6
-"""Times no farther apart are one: seconds since 1970 are told to a quarter of it."""
+"""Times no farther apart are one: seconds since 1970 are reported to a quarter of it."""
 
 
 NAMES: dict[type, str] = {State: "state", Scan: "scan", Intruder: "intruder"}

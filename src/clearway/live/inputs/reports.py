@@ -135,7 +135,7 @@ class LatestReports:
 
     def _with_velocity(self, name: str, known: Intruder, report: Intruder) -> Intruder:
         """The report, with the velocity before it, or by its way, where its own makes no sense."""
-        back = self._looked_back(name, known, report)
+        back = self._look_back(name, known, report)
         if back is not None and not can_have_flown(back, report):
             way = report.position_m - back.position_m
             return replace(report, velocity_mps=way / (report.time_s - back.time_s))
@@ -151,7 +151,7 @@ class LatestReports:
         self._odd[name] = (report, agreed)
         return replace(report, velocity_mps=known.velocity_mps)
 
-    def _looked_back(self, name: str, known: Intruder, report: Intruder) -> Intruder | None:
+    def _look_back(self, name: str, known: Intruder, report: Intruder) -> Intruder | None:
         """The newest report kept that is old enough; None if there is none."""
         kept = self._back.setdefault(name, [known])
         while len(kept) > 1 and report.time_s - kept[1].time_s >= LOOKED_BACK_S:
@@ -166,7 +166,7 @@ class LatestReports:
         self._forget_stale(now_s)
         left_out = {"intruder: stale": self._stale} if self._stale else {}
         self._stale = 0
-        shown = [self._manoeuvres.shown_by(name, each) for name, each in self._latest.items()]
+        shown = [self._manoeuvres.with_manoeuvre(name, each) for name, each in self._latest.items()]
         return shown, left_out
 
     def _forget_stale(self, now_s: float) -> None:
@@ -220,15 +220,17 @@ class TrackedReports:
         if self._unasked:
             counts["report: too many before a question"] += self._unasked
             self._unasked = 0
-        return self._shown(), counts
+        return self._show_tracks(), counts
 
-    def _shown(self) -> list[Intruder]:
+    def _show_tracks(self) -> list[Intruder]:
         """Tracks with the manoeuvres that they have shown from report to report."""
-        tracks = {track.name: track for track in self._tracks.reported()}
+        tracks = {track.name: track for track in self._tracks.list_reported()}
         for name, track in tracks.items():
             self._manoeuvres.take(name, track)
         self._manoeuvres.keep(tracks)
-        return [self._manoeuvres.shown_by(each.name, each) for each in self._tracks.intruders()]
+        return [
+            self._manoeuvres.with_manoeuvre(each.name, each) for each in self._tracks.intruders()
+        ]
 
 
 def _same_report(one: Intruder, other: Intruder) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.planner import Planner
 from clearway.base.state import State
-from clearway.live.inputs.reaction import flown_m, reaction_m
+from clearway.live.inputs.reaction import bound_flown_m, reaction_m
 from clearway.sensors import LidarSensor, PointMemory, RangeSensor, Scan
 from clearway.sensors.memory.remembered import Balls
 from clearway.sensors.memory.sifting import NO_BALLS, NO_RETURNS, RainSieve, Sifted, sift
@@ -65,7 +65,7 @@ class SiftedScans:
             scan,
             state,
             memory.told,
-            reaction_m(planner) + flown_m(planner, before, state),
+            reaction_m(planner) + bound_flown_m(planner, before, state),
             tolerance_m=planner.settings.sigmas * state.position_std_m,
             reach_m=memory.reach_m,
             ground_m=ground_m,
@@ -77,7 +77,7 @@ class SiftedScans:
             return counts, memory, None
         return counts, memory, ScanBefore(counts.before, before)
 
-    def held(self, name: str) -> int:
+    def count_held(self, name: str) -> int:
         """How many returns of the latest scan of a sensor wait."""
         return self.sieves[name].held if name in self.sieves else 0
 

@@ -21,7 +21,7 @@ class Tracking:
         self._beyond: deque[tuple[float, float]] = deque()
 
     def take(self, time_s: float, beyond_m: float) -> None:
-        """An own state of a time that lies so far outside the tube."""
+        """An own state estimate of a time that lies so far outside the tube."""
         while self._beyond and self._beyond[-1][1] <= beyond_m:
             self._beyond.pop()
         self._beyond.append((time_s, beyond_m))

@@ -16,7 +16,7 @@ MOST_SCANS, MOST_OTHERS = 32, 512
 
 
 class Ready(NamedTuple):
-    """What can be used at a question: own states, scans, then reports, each by time."""
+    """What can be used at a question: own state estimates, scans, then reports, each by time."""
 
     readings: list[Reading]
     flaws: list[str]
@@ -27,8 +27,8 @@ class Waiting:
     """Readings since the last question, and those that lie a little ahead of it.
 
     A reading cannot come before it was taken: one ahead of the question has a wrong clock. A little
-    is forgiven; such a reading counts when its time has come, and an own state then is as unsure
-    as the vehicle is fast.
+    is forgiven; such a reading counts when its time has come, and an own state estimate then is as
+    unsure as the vehicle is fast.
     """
 
     def __init__(self, ahead_s: float) -> None:
@@ -88,7 +88,8 @@ def _kind(reading: Reading) -> str:
 
 
 def _at(reading: Reading, time_s: float, unsure_m: float) -> Reading:
-    """The reading in own time; an own state that lay ahead may be off by what was flown."""
+    """The reading in own time; an own state estimate that lay ahead may be off by what was
+    flown."""
     if isinstance(reading, State) and unsure_m > 0.0:
         std_m = reading.position_std_m + unsure_m
         return replace(reading, time_s=time_s, position_std_m=std_m)

@@ -1,8 +1,9 @@
-"""The wind, told by own states: how far off they lie from where what was flown would have led.
+"""The wind, told by own state estimates: how far off they lie from where what was flown would have
+led.
 
 Whatever carries the vehicle evenly off its predictions counts, air above all. For a vehicle whose
 loops hold its way over the ground nothing is left over, and that is right: its movements lead where
-they are said to lead.
+they are stated to lead.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from clearway.base.state import State
 WINDOW_S = 10.0
 """Wind is what carried the vehicle for so long, and for the fewest steps at least."""
 LEAST_S = 2.5
-"""Before so much has been flown, nothing is said."""
+"""Before so much has been flown, nothing is stated."""
 SURE = 4.0
 """Deviations that a wind must have to count: noise alone is no wind."""
 LEAST_OF_SPEED = 0.03
@@ -31,11 +32,11 @@ LEAST_OF_SPEED = 0.03
 SURELY_LESS = 0.999
 """Share of a limit below which rounding does not reach it."""
 FEWEST_STEPS = 3
-"""Of a vehicle whose movements last long, own states may come seconds apart."""
+"""Of a vehicle whose movements last long, own state estimates may come seconds apart."""
 
 
 class Steps(NamedTuple):
-    """What own states told, one after the other: columns of the same length."""
+    """What own state estimates told, one after the other: columns of the same length."""
 
     duration_s: FloatArray
     """[n] since the state before."""
@@ -105,7 +106,7 @@ def _columns(rows: FloatArray) -> Steps:
 
 class WindEstimate:
     """Estimates a wind that changes little in ten seconds: a line through how far the vehicle was
-    carried off, fitted by least squares. What was told before take-off counts until then.
+    carried off, fitted by least squares. What was reported before take-off counts until then.
 
     told_mps: [3] world frame. Raises ClearwayError unless finite.
     """
@@ -138,9 +139,9 @@ class WindEstimate:
         """Of the latest window."""
         return _columns(self._latest.rows)
 
-    def unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
-        """How far off an own state lies that no wind explains, neither the present one nor that of
-        the last step; arguments as of `take`."""
+    def measure_unexplained_m(self, before: State, after: State, flown_m: FloatArray) -> float:
+        """How far off an own state estimate lies that no wind explains, neither the present one nor
+        that of the last step; arguments as of `take`."""
         x, y, z = (after.position_m - flown_m).tolist()
         duration = after.time_s - before.time_s
         off_m = []
@@ -153,7 +154,8 @@ class WindEstimate:
     def take(
         self, before: State, after: State, flown_m: FloatArray, *, jumped: bool = False
     ) -> None:
-        """Take two own states, one after the other, between which all that was flown is known.
+        """Take two own state estimates, one after the other, between which all that was flown is
+        known.
 
         flown_m: [3] where, without any wind, it would have led from the first one. jumped: what
         lies between the two is no wind, unless the next ones tell the same.
@@ -179,7 +181,8 @@ class WindEstimate:
         self._fit()
 
     def forget(self) -> None:
-        """What was flown is not known, or the own place jumped: steps no longer belong together."""
+        """What was flown is not known, or the own position jumped: steps no longer belong
+        together."""
         self._latest.clear()
         self._last_mps, self._leap = CALM, None
 

@@ -147,7 +147,7 @@ class Session(Hearing):
         if status is None or not (status.armed and status.follows):
             # Time without progress towards a goal counts from when we are followed.
             self.system.progress = replace(self.system.progress, nearest_s=now)
-        arrived = self.system.progress.done(self.system.mission)
+        arrived = self.system.progress.is_done(self.system.mission)
         facts = self._facts(now, wall_s, arrived=arrived, refused=self.refusal is not None)
         return link_state(facts, self.terms.limits)
 
@@ -166,7 +166,7 @@ class Session(Hearing):
         """Led again far from the last goal, the vehicle is led back: told to hold it, it would fly
         straight there."""
         mission = self.system.mission
-        if self._own is None or not self.system.progress.done(mission):
+        if self._own is None or not self.system.progress.is_done(mission):
             return
         counts = LEVEL if self.system.planner.automaton.stays_level else np.ones(3)
         away_m = float(np.linalg.norm((self._own.position_m - mission.goals_m[-1]) * counts))

@@ -144,7 +144,7 @@ class AlarmWatch:
 
     def _stays(self, facts: AlarmFacts) -> Alarm | None:
         begun, stays, state = self.begun, self.stays, facts.decision.state
-        if begun is None or stays is None or facts.progress.done(facts.mission):
+        if begun is None or stays is None or facts.progress.is_done(facts.mission):
             return None
         stayed_s = state.time_s - stays.time_s
         if stayed_s < STAYS * self._movement_s:
@@ -184,7 +184,7 @@ class AlarmWatch:
         return Alarm(AlarmKind.OFF_HEIGHT, why, breaks_promise=False)
 
     def _own_place(self, facts: AlarmFacts) -> Alarm | None:
-        """The own position scatters more than the margin can bear without being told."""
+        """The own position scatters more than the margin can bear without being reported."""
         stated_m, found_m = facts.decision.state.position_std_m, facts.scatter_m
         of_margin_m = MOST_SCATTER * self.planner.settings.safety_margin_m
         if found_m <= max(TIMES_STATED * stated_m, of_margin_m):
@@ -219,7 +219,7 @@ def _off_leg_m(facts: AlarmFacts) -> float:
     mission, progress = facts.mission, facts.progress
     z = float(facts.decision.state.position_m[2])
     goal = mission.goals_m[min(progress.goal, len(mission.goals_m) - 1)]
-    heights = float(progress.left(mission)[2]), float(goal[2])
+    heights = float(progress.find_left(mission)[2]), float(goal[2])
     return max(0.0, z - max(heights)) + min(0.0, z - min(heights))
 
 

@@ -46,7 +46,7 @@ def explanation(
     elif decision.way_out is not None and decision.way_out.unobserved_m > 0.0:
         crossed_m = decision.way_out.unobserved_m
         parts.append(f"its escape crosses {crossed_m:.1f} m of unobserved space, as allowed")
-    ruled_out = _ruled_out(choice, decision, obstacle_map)
+    ruled_out = _explain_ruled_out(choice, decision, obstacle_map)
     if ruled_out:
         parts.append(ruled_out)
     parts += [_rule_in_words(note) for note in choice.rules]
@@ -65,7 +65,7 @@ def _clearance(decision: Decision) -> str:
     return f"clearance {choice.clearance_m:.2f} m of {decision.margin_m:.2f} m asked"
 
 
-def _ruled_out(choice: Choice, decision: Decision, obstacle_map: ObstacleMap | None) -> str:
+def _explain_ruled_out(choice: Choice, decision: Decision, obstacle_map: ObstacleMap | None) -> str:
     """Why the cheaper candidates were not taken: counts by cause, and the cheapest one."""
     reasons = [f"{number} by {name}" for name, number in choice.ruled_out_by.items()]
     if choice.below_threshold:
@@ -94,13 +94,13 @@ def _what(cause: Cause, index: int, decision: Decision, obstacle_map: ObstacleMa
     if cause is Cause.MAP and obstacle_map is not None:
         source = int(decision.hazards.shapes.source[index])
         name = obstacle_map.obstacles[source].name or f"number {source}"
-        return f"of {called('map obstacle', name)}"
+        return f"of {name_with_kind('map obstacle', name)}"
     if cause is Cause.INTRUDER:
-        return f"of {called('intruder', decision.intruders[index] or f'number {index}')}"
+        return f"of {name_with_kind('intruder', decision.intruders[index] or f'number {index}')}"
     return "of a return"
 
 
-def called(kind: str, name: str) -> str:
+def name_with_kind(kind: str, name: str) -> str:
     """A name with what it is the name of, unless it says so itself: no "intruder intruder"."""
     words = kind.split()
     if name.lower().split()[:1] == words[-1:]:

@@ -30,7 +30,7 @@ class FlightDecision:
     obstacle_map: ObstacleMap | None
     """That obstacles are called by in words."""
     in_doubt: bool
-    """Whether the clock has jumped, and no own state has come since."""
+    """Whether the clock has jumped, and no own state estimate has come since."""
     scan_age_s: float
     """Age of the oldest scan used; NaN without any."""
     counts: dict[str, int]
@@ -83,7 +83,7 @@ class FlightDecision:
 
     @property
     def state(self) -> State:
-        """Own state that was decided for."""
+        """Own state estimate that was decided for."""
         return self.decision.state
 
     @property

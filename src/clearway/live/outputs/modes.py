@@ -58,10 +58,9 @@ class ModeFacts(NamedTuple):
     progress: Progress
     mission: Mission
     blind_s: float | None = None
-    """For how long no sensor has told anything, where ways out rest on that; None while one
-    does."""
+    """For how long no sensor has told anything, where escapes rest on that; None while one does."""
     bold: bool = False
-    """Whether ways out that were insisted on are asked for no more."""
+    """Whether escapes that were insisted on are asked for no more."""
     searched: str = ""
     """Where ways to the goal are looked for, in words."""
 

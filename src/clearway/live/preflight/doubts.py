@@ -1,6 +1,6 @@
 """Before take-off: what a flight asks for and may not get, though nothing refuses it.
 
-What is said here was found by flying, not proved: it names the numbers, and changes no flight.
+What is stated here was found by flying, not proved: it names the numbers, and changes no flight.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def over_span(mission: Mission, planner: Planner) -> str | None:
 def over_wide_margin(planner: Planner, flown: str) -> str:
     """What a margin that is wide for the vehicle's turns may lose; empty where nothing is known.
 
-    flown: which ways out. They keep no more than the body's radius from what nobody has seen.
+    flown: which escapes. They keep no more than the body's radius from unobserved space.
     """
     automaton, margin_m = planner.automaton, planner.settings.safety_margin_m
     if flown not in SEES or margin_m <= planner.settings.body_radius_m:
@@ -142,7 +142,7 @@ def over_drop_outs(sensors: Sequence[AnySensor], flown: str) -> str:
     """What returns that are lost may cost who counts as free what came back with nothing; empty
     where there are few.
 
-    flown: which ways out.
+    flown: which escapes.
     """
     lost = max((one.dropout for one in sensors if isinstance(one, Lidar)), default=0.0)
     if flown not in SEES or lost <= MOST_LOST:
@@ -162,9 +162,9 @@ def over_false_returns(sensors: Sequence[AnySensor]) -> str:
 
 
 def over_unsure(planner: Planner, start: State) -> str:
-    """What own states that are off cost who cannot stop; who can, holds meanwhile.
+    """What own state estimates that are off cost who cannot stop; who can, holds meanwhile.
 
-    It is told, not tried: what the noise of a flight costs depends on what stands about.
+    It is reported, not tried: what the noise of a flight costs depends on what stands about.
     """
     if planner.automaton.can_stop or not (start.position_std_m or start.attitude_std_rad):
         return ""

@@ -1,4 +1,4 @@
-"""Before take-off: whether what the sensors see leaves a way out in hand at every decision.
+"""Before take-off: whether what the sensors see leaves a held escape at every decision.
 
 It is tried, not calculated: in the emptiest world there is, the vehicle flies straight on from its
 true start (`straight_trial`). What cannot hold there holds nowhere.
@@ -62,7 +62,7 @@ FARTHER = "near the start sensors do not show all space that the body needs"
 
 @dataclass(frozen=True)
 class EscapePlan:
-    """Which ways out a flight asks for, and why."""
+    """Which escapes a flight asks for, and why."""
 
     asked: str
     flown: str
@@ -73,13 +73,13 @@ class EscapePlan:
     """Radius of the ball about the start that counts as free, where more is needed than a
     movement's length; None for what was asked for."""
     insists: bool = field(default=False, repr=False)
-    """With `known`: whether ways out through seen space are insisted on while these lead on."""
+    """With `known`: whether escapes through seen space are insisted on while these lead on."""
 
-    def flown_by(self, planner: Planner) -> Planner:
+    def adapt_planner(self, planner: Planner) -> Planner:
         """A planner that flies so.
 
-        Who asks for a smaller margin than the body's radius does not ask to be touched: where a way
-        out is asked for, that radius is kept.
+        Who asks for a smaller margin than the body's radius does not ask to be touched: where an
+        escape is asked for, that radius is kept.
         """
         settings, start_free_m = planner.settings, self.start_free_m
         if self.flown != Escape.OFF:
@@ -92,8 +92,8 @@ class EscapePlan:
             settings = replace(settings, start_free_m=start_free_m)
         return planner if settings is planner.settings else replace(planner, settings=settings)
 
-    def unseen_is_free(self) -> EscapePlan:
-        """For who never insists: what nobody has seen counts as free from the start."""
+    def count_unobserved_as_free(self) -> EscapePlan:
+        """Return the plan by which unobserved space counts as free from the start."""
         return replace(self, insists=False, why=UNSURE) if self.insists else self
 
     def to_json(self) -> dict[str, str]:
@@ -119,8 +119,8 @@ def escape_plan(
 ) -> EscapePlan:
     """What the sensors, the vehicle, the margin and the map allow of what was asked for.
 
-    start: where the flight begins and heads, which is where it is tried, and how far off own states
-    are declared to be; None for the origin, ahead.
+    start: where the flight begins and heads, which is where it is tried, and how far off own state
+    estimates are declared to be; None for the origin, ahead.
     """
     span_m = planner.settings.obstacles_span_m
     plan = _escape_plan_of(planner, sensors, obstacle_map, start or ORIGIN)
@@ -144,7 +144,7 @@ def _escape_plan_of(
         return _by_map(planner, tuple(sensors), complete_m, start)
     place = start.position_m.tobytes() + start.attitude_rad[2:].tobytes()
     key = _content(planner, sensors)
-    return _kept(_plans, key and key + place, lambda: _escape_plan(planner, tuple(sensors), start))
+    return _keep(_plans, key and key + place, lambda: _escape_plan(planner, tuple(sensors), start))
 
 
 _plans: dict[bytes, EscapePlan] = {}
@@ -153,7 +153,7 @@ _start_balls_m: dict[bytes, float] = {}
 """How wide the start ball of a vehicle that can stop has to be, from wherever it starts."""
 
 
-def _kept(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
+def _keep(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
     """What is kept under a key, or found now; without a key always the latter."""
     if key is None:
         return find()
@@ -165,7 +165,8 @@ def _kept(kept: dict[bytes, T], key: bytes | None, find: Callable[[], T]) -> T:
 
 
 def _content(planner: Planner, sensors: Sequence[AnySensor]) -> bytes | None:
-    """Equal where the same is tried; None where a sensor of one's own cannot be told by content."""
+    """Equal where the same is tried; None where a sensor of one's own cannot be reported by
+    content."""
     library = planner.escapes
     tried = (planner.settings, planner.grid.range_m, planner.horizon_s, tuple(sensors))
     try:
@@ -186,7 +187,7 @@ def _start_ball_of(
         settings = replace(planner.settings, obstacles_span_m=lowered_m)
         planner = replace(planner, settings=settings)
     key = _content(planner, sensors)
-    return _kept(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
+    return _keep(_start_balls_m, key, lambda: start_ball_m(planner, library, sensors))
 
 
 def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
@@ -199,7 +200,7 @@ def _escape_plan(planner: Planner, sensors: tuple[AnySensor, ...], start: State)
             asked, Escape.OFF, "no movements of the automaton close a loop or stop: no escapes"
         )
     if asked == Escape.KNOWN:
-        return _known(planner, sensors, start)
+        return _settle_unobserved(planner, sensors, start)
     unmapped = "no map is declared complete; " if asked == Escape.MAPPED else ""
     if not sensors:
         return EscapePlan(
@@ -309,13 +310,15 @@ def _past_blind(
     return replace(plan, why=why, start_free_m=needed_m)
 
 
-def _known(planner: Planner, sensors: tuple[AnySensor, ...], start: State) -> EscapePlan:
-    """Where what nobody has seen may count as free; what can stop, and who pays nothing for want of
-    room, insists on no more than that."""
+def _settle_unobserved(
+    planner: Planner, sensors: tuple[AnySensor, ...], start: State
+) -> EscapePlan:
+    """Where unobserved space may count as free; what can stop, and who pays nothing for want of
+    room, waits on no more than that."""
     unsure = EscapePlan(Escape.KNOWN, Escape.KNOWN, UNSURE)
     if planner.automaton.can_stop or price_of(planner.prices.no_room) == 0.0:
         return unsure
-    strict = planner.changed(escape=Escape.STRICT)
+    strict = planner.with_values(escape=Escape.STRICT)
     seen = _escape_plan(strict, sensors, start)
     if seen.flown != Escape.STRICT:
         return unsure
@@ -327,7 +330,7 @@ def _by_map(
     planner: Planner, sensors: tuple[AnySensor, ...], complete_m: FloatArray, start: State
 ) -> EscapePlan:
     """Where a map is declared complete."""
-    strict = planner.changed(escape=Escape.STRICT)
+    strict = planner.with_values(escape=Escape.STRICT)
     seen = _escape_plan_of(strict, sensors, None, start)
     if seen.flown == Escape.OFF:
         return replace(seen, asked=Escape.MAPPED)
@@ -345,7 +348,7 @@ def _by_map(
 
 
 def _over_drift(planner: Planner) -> str:
-    """For how long ways out are verified in the wind that is known; nothing without any."""
+    """For how long escapes are verified in the wind that is known; nothing without any."""
     speed, library = float(np.linalg.norm(planner.settings.wind_mps)), planner.escapes
     if not speed or library is None:
         return ""
@@ -355,7 +358,7 @@ def _over_drift(planner: Planner) -> str:
 def _what_lacks(
     planner: Planner, library: EscapeLibrary, sensors: tuple[AnySensor, ...], start: State
 ) -> str:
-    """Why no way out can be kept in hand, and which range would do."""
+    """Why no escape can be held, and which range would do."""
     lidars = [one for one in sensors if isinstance(one, Lidar)]
     reach = max((one.clears_to_m for one in lidars), default=0.0)
     body = planner.settings.body_radius_m

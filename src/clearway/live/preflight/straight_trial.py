@@ -34,10 +34,10 @@ MOST_TRIED = 200
 """Movements of one trial."""
 STARTS, FIRSTS = 24, 2
 """Places within a voxel, each with a heading, from which a vehicle that can stop has to leave; and
-first movements from each, by turns, that must lead on."""
+first movements from each, in turn, that must lead on."""
 SPARES = (0.0, 0.25, 0.5)
-"""Of a voxel, by which the start ball is less in a trial, by turns. It has to do with all of them:
-a wider one may let a vehicle rise to where it sees no way on, which a smaller one did not."""
+"""Of a voxel, by which the start ball is less in a trial, in turn. It has to do with all of them: a
+wider one may let a vehicle rise to where it sees no way on, which a smaller one did not."""
 FINER = 0.5
 """Of a voxel: steps in which the start ball is widened."""
 SPREAD = 1.0 / 1.1673039782614187 ** np.arange(1, 5)
@@ -65,7 +65,7 @@ def settles(
     """
     after = 0
     for wind_mps in _winds(planner):
-        settled = _settled(_Trial(planner, library, sensors, wind_mps), start)
+        settled = _find_settling(_Trial(planner, library, sensors, wind_mps), start)
         if settled is None:
             return None
         after = max(after, settled)
@@ -112,7 +112,7 @@ def start_ball_m(planner: Planner, library: EscapeLibrary, sensors: Sequence[Any
 
 def with_start_ball(planner: Planner, radius_m: float) -> Planner:
     """Return the planner of a flight whose start declares a ball of so many metres free."""
-    return planner.changed(start_free_m=radius_m)
+    return planner.with_values(start_free_m=radius_m)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class _Trial:
         level = State(start.position_m, np.array([0.0, 0.0, start.attitude_rad[2]]))
         return self.library.automaton.in_class(level, None)
 
-    def flown(self, state: State, movement: int) -> State:
+    def fly(self, state: State, movement: int) -> State:
         """Where a movement leads."""
         roll, pitch, yaw = state.attitude_rad.tolist()
         legs, automaton = self.library.legs, self.library.automaton
@@ -196,14 +196,14 @@ class _Trial:
         return self.library.nearest(roll, pitch)
 
 
-def _settled(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
+def _find_settling(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
     """As `settles`, in one wind, within so many movements."""
     planner, state = trial.planner, trial.begins(start)
     straight = trial.straight_from(state)
     if not straight:
         return None
     free = free_space_for(planner, start.position_m)
-    moved_m = measure_length(trial.flown(state, straight[0]).position_m - state.position_m)
+    moved_m = measure_length(trial.fly(state, straight[0]).position_m - state.position_m)
     reach_m = planner.grid.range_m + planner.escape_reach_m
     all_seen = SETTLED + int(np.ceil(2.0 * reach_m / max(moved_m, 1e-9)))
     most, held = min(most, all_seen), 0
@@ -215,14 +215,14 @@ def _settled(trial: _Trial, start: State, most: int = MOST_TRIED) -> int | None:
             return at + 1 - SETTLED
         if at - held + SETTLED >= most or (flown is None and planner.automaton.has_inertia):
             return None
-        state = trial.flown(state, straight[0] if flown is None else flown)
+        state = trial.fly(state, straight[0] if flown is None else flown)
     return None
 
 
 def _leaves(trial: _Trial, start: State, first: int) -> bool:
     """Whether a vehicle that can stop leaves a start, straight on and wherever some of its other
     first movements lead; first: the number of the first one of those."""
-    if _settled(trial, start, SETTLED) != 0:
+    if _find_settling(trial, start, SETTLED) != 0:
         return False
     here = trial.begins(start)
     onward = trial.onward_from(here)
@@ -234,7 +234,7 @@ def _leaves(trial: _Trial, start: State, first: int) -> bool:
             continue
         free = free_space_for(trial.planner, start.position_m)
         trial.look(free, here)
-        state = trial.flown(here, movement)
+        state = trial.fly(here, movement)
         there = trial.look(free, state)
         if all(there.after(next_one) is None for next_one in trial.onward_from(state)):
             return False

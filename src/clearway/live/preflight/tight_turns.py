@@ -15,7 +15,7 @@ from clearway.base.rounding import SURELY
 from clearway.base.state import IntArray
 from clearway.live.mission import Mission
 from clearway.vehicle.automaton import MovementAutomaton
-from clearway.vehicle.scale import suited_reach_m
+from clearway.vehicle.scale import suit_reach_m
 
 WIDE = 4.0 / 3.0
 """How far a goal within the turning circle has to lie from the one before, in suited reach radii:
@@ -32,7 +32,7 @@ def over_turns(mission: Mission, automaton: MovementAutomaton) -> str | None:
     radius_m = automaton.room_to_turn_m
     if radius_m == 0.0 or not np.isfinite(radius_m):
         return None
-    suits_m, reach_m = suited_reach_m(automaton), mission.reach_radius_m
+    suits_m, reach_m = suit_reach_m(automaton), mission.reach_radius_m
     inside, apart_m = goals_within_turns(mission, radius_m)
     surely_m = suits_m / SURELY
     risky = inside[(apart_m < WIDE * surely_m) | (reach_m < surely_m)]
@@ -48,8 +48,8 @@ def over_turns(mission: Mission, automaton: MovementAutomaton) -> str | None:
             f"apart and mission.reach_radius_m = {suits_m:.3g}"
         )
     return (
-        f"{_named(risky)} within the turning circle of {radius_m:.3g} m radius at the goal before, "
-        f"and may be circled until time is up; {cure}"
+        f"{_name_goals(risky)} within the turning circle of {radius_m:.3g} m radius at the goal "
+        f"before, and may be circled until time is up; {cure}"
     )
 
 
@@ -76,7 +76,7 @@ def goals_within_turns(mission: Mission, radius_m: float) -> tuple[IntArray, Flo
     return np.flatnonzero(inside), apart_m[inside]
 
 
-def _named(goals: IntArray) -> str:
+def _name_goals(goals: IntArray) -> str:
     """Goals by number, from 1, and how many more there are."""
     numbers = [str(number + 1) for number in goals[:MOST_NAMED].tolist()]
     more = f" and {len(goals) - MOST_NAMED} more" if len(goals) > MOST_NAMED else ""

@@ -11,7 +11,7 @@ from clearway.avoidance.plan.held_escape import Escape
 from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import State
 from clearway.live.knowledge import Knowledge
-from clearway.live.mission import Detour, Progress, detoured, stuck
+from clearway.live.mission import Detour, Progress, begin_detour, is_without_progress
 from clearway.live.recovery.early_way import early_way
 from clearway.live.recovery.run_up import run_up
 from clearway.live.routing.seen_planner import SeenPlanner, SeenRoute
@@ -52,12 +52,12 @@ def out_of_dead_end(
 ) -> Progress:
     """Progress with a detour when the goal has not come nearer for long, else as it is.
 
-    detour: who finds the way; None goes by what is known. escaped: whether the way out is being
+    detour: who finds the way; None goes by what is known. escaped: whether the escape is being
     flown: then going straight for the goal has come to nothing, whatever the time. gives_way:
     whether the way is left for aircraft afar: then it takes longer until that has come to nothing.
     """
     free = knowledge.sensing.free_space
-    if knowledge.progress.done(knowledge.mission):
+    if knowledge.progress.is_done(knowledge.mission):
         return knowledge.progress
     if free is not None and detour is None:
         turns = knowledge.planner.settings.patience_turns if gives_way else WAITED
@@ -65,7 +65,7 @@ def out_of_dead_end(
     return _after_waiting(knowledge, state, now_s, detour)
 
 
-def kept_up(knowledge: Knowledge, state: State, now_s: float) -> Progress:
+def keep_up(knowledge: Knowledge, state: State, now_s: float) -> Progress:
     """Progress after taking in early what ways are looked for in, where that is soon due: between
     decisions, so that none takes longer for it."""
     free, progress = knowledge.sensing.free_space, knowledge.progress
@@ -86,13 +86,13 @@ def _after_waiting(
     if not np.isfinite(radius):
         return progress
     waits_s = planner.settings.patience_turns * 2.0 * np.pi * radius / planner.speed_mps
-    if not stuck(progress, now_s, waits_s):
+    if not is_without_progress(progress, now_s, waits_s):
         return progress
 
-    def known(position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
+    def list_known(position_m: FloatArray, target_m: FloatArray) -> tuple[FloatArray, ...]:
         return way_round(knowledge, position_m, target_m)
 
-    return detoured(mission, progress, state, now_s, radius, detour or known)
+    return begin_detour(mission, progress, state, now_s, radius, detour or list_known)
 
 
 def _through_seen(
@@ -145,7 +145,7 @@ def _through_seen(
         away = _run_up(progress, routes, state, goal, radius)
         if away is not None:
             return replace(away, planned_s=now_s)
-    route = routes.seen_route(state.position_m, goal, flown)
+    route = routes.find_seen_route(state.position_m, goal, flown)
     routes.aim(route.begins_m)
     stuck_m = min(progress.nearest_m, distance) if progress.stuck_m is None else progress.stuck_m
     nearer = distance < stuck_m - max(radius, planner.automaton.step_m)
@@ -167,7 +167,7 @@ def _through_seen(
     )
     if planner.settings.escape == Escape.KNOWN:
         return progress  # Nowhere is known to be safe to stay in.
-    return _closed_or_not(progress, route, now_s, turn_s, turn_s * planner.speed_mps)
+    return _note_whether_closed(progress, route, now_s, turn_s, turn_s * planner.speed_mps)
 
 
 def _run_up(
@@ -179,7 +179,7 @@ def _run_up(
     if begins is None:
         return None
     routes.spend(begins)
-    way = routes.seen_route(state.position_m, begins)
+    way = routes.find_seen_route(state.position_m, begins)
     if not way.reaches:
         return None
     corners = (*way.corners_m[:-1], begins)
@@ -200,7 +200,7 @@ def straight_again(progress: Progress, now_s: float) -> Progress:
     )
 
 
-def _closed_or_not(
+def _note_whether_closed(
     progress: Progress, route: SeenRoute, now_s: float, turn_s: float, turn_m: float
 ) -> Progress:
     """Progress with whether a way is one: not where too much of it has come to nothing, though that

@@ -3,9 +3,9 @@
 Trajectories lead no farther than sensors see, and cost what the straight way on from their ends
 does: so what bars it is flown up to, and only there another way looked for. For who turns in no
 room and at once a way over cells is as good as flown from where the obstacle comes into view, if
-all of it was seen until the goal lies open. A way that hangs on what nobody has seen is not:
-straight on, more of both sides comes into view, and to go on to the wrong end of a wall costs more
-than to go on to it.
+all of it was seen until the goal lies open. A way that hangs on unobserved space is not: straight
+on, more of both sides comes into view, and to go on to the wrong end of a wall costs more than to
+go on to it.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def early_way(
     ahead_m: float = np.inf,
 ) -> tuple[FloatArray, ...]:
     """Corners [3] of a way to the goal, without its ends; none where the straight way is open as
-    far as is known, or one little aside of it as far as trajectories lead, or where what was seen
-    of another way does not lead past what bars it.
+    far as is known, or one little to the side of it as far as trajectories lead, or where what was
+    seen of another way does not lead past what bars it.
 
     flown_m: corners [3] of the way being flown, which is kept while it leads past. ahead_m: how far
     trajectories lead.
@@ -45,7 +45,7 @@ def early_way(
         return ()
     if len(flown_m) > 1 and _leads_past(cells, np.stack([position_m, *flown_m]), goal_m):
         return tuple(flown_m[:-1])
-    route = routes.seen_route(position_m, goal_m, flown_m)
+    route = routes.find_seen_route(position_m, goal_m, flown_m)
     corners = np.concatenate([position_m[None], route.corners_m])
     if not route.reaches or not _leads_past(cells, corners, goal_m):
         return ()
@@ -74,7 +74,7 @@ def _leads_past(cells: PricedCells, corners: Floats2, goal: Floats) -> bool:
 
 @compiled
 def _opens_aside(cells: PricedCells, start: Floats, goal: Floats, ahead_m: float) -> bool:
-    """Whether a straight way little aside of the one to the goal is open so far."""
+    """Whether a straight way little to the side of the one to the goal is open so far."""
     dx, dy, dz = goal[0] - start[0], goal[1] - start[1], goal[2] - start[2]
     share = min(1.0, ahead_m / np.sqrt(dx * dx + dy * dy + dz * dz))
     for aside in ASIDE_RAD:

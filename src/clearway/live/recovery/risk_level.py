@@ -1,8 +1,8 @@
-"""With `escape = "known"`: for how long ways out through seen space are insisted on.
+"""With `escape = "known"`: for how long escapes through seen space are insisted on.
 
-While the goal comes nearer, or might, ways out lead through what was seen to be free, as with
-`strict`. Where it has not come nearer for some full circles' time, what nobody has seen counts as
-free and no escape is asked for, until the goal is reached or that has come to nothing as well.
+While the goal comes nearer, or might, escapes lead through what was seen to be free, as with
+`strict`. Where it has not come nearer for some full circles' time, unobserved space counts as free
+and no escape is asked for, until the goal is reached or that has come to nothing as well.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from clearway.live.mission import Progress
 from clearway.live.recovery.dead_end import MISSED, full_circle, straight_again
 
 PATIENCE, LONGEST = 1.5, 10.0
-"""Full circles' time in vain after which the other way is tried, and without the goal coming nearer
-though ways to it did."""
+"""Full circles' time without success after which the other way is tried, and without the goal
+coming nearer though ways to it did."""
 
 
 @dataclass(frozen=True, slots=True)
 class Boldness:
-    """Whether ways out are insisted on no more, since when, and for which goal."""
+    """Whether escapes are insisted on no more, since when, and for which goal."""
 
     bold: bool = False
     since_s: float = 0.0
@@ -45,19 +45,19 @@ class Insistence:
     """Who decides from moment to moment: a planner that insists, or one that does not."""
 
     def __init__(self, planner: Planner) -> None:
-        self._careful = planner.changed(escape=Escape.STRICT)
-        self._bold = planner.changed(escape=Escape.OFF)
+        self._careful = planner.with_values(escape=Escape.STRICT)
+        self._bold = planner.with_values(escape=Escape.OFF)
         self._now = Boldness()
 
     @property
     def bold(self) -> bool:
-        """Whether ways out are insisted on no more."""
+        """Whether escapes are insisted on no more."""
         return self._now.bold
 
     def decides(self, knowledge: Knowledge, now_s: float, *, blind: bool = False) -> Planner:
         """Who does at a moment; where that changes, all ways are tried once more.
 
-        blind: whether no sensor tells anything: who sees nothing insists, whatever came to nothing.
+        blind: whether no sensor tells anything: who sees nothing waits, whatever came to nothing.
         """
         if blind:
             return self._careful
@@ -71,8 +71,8 @@ class Insistence:
         return self._bold if self.bold else self._careful
 
     def _anew(self, knowledge: Knowledge, now_s: float, near_m: float) -> Progress:
-        """Progress straight for the goal; by who insists no more the best way at once, since that
-        may be a gap far behind, unless the goal is near."""
+        """Return progress straight for the goal. A bold vehicle takes the best way at once: it may
+        be a gap far behind, unless the goal is near."""
         before, place_m = knowledge.progress, knowledge.own_states.latest.position_m
         anew = straight_again(before, now_s)
         away_m = measure_length(knowledge.mission.goals_m[before.goal] - place_m)

@@ -50,7 +50,7 @@ def _run_up(
     most_m: float,
     room_m: float,
 ) -> int:
-    """The cell, in which a metre costs no more than in the unseen; -1 where there is none."""
+    """The cell, in which a metre costs no more than in unobserved space; -1 where there is none."""
     levels = cells.levels
     n, layers = levels.n, levels.layers
     best, found = np.inf, -1

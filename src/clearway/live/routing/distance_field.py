@@ -66,7 +66,7 @@ class VoxelField:
         """Upper bounds of the distance anywhere in each voxel instead of at its centre."""
         return replace(self, distance_m=self.distance_m + HALF_DIAGONAL * self.width_m)
 
-    def refined(self, distance: Distance, where: BoolArray, factor: int) -> VoxelField:
+    def refine(self, distance: Distance, where: BoolArray, factor: int) -> VoxelField:
         """A ceiling with each voxel cut in `factor` along each axis, sampled anew `where` marked.
 
         factor: odd. Elsewhere the parts keep their voxel's bound.

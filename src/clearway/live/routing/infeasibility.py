@@ -24,7 +24,7 @@ class InfeasibilityProof:
     """A closed space around a place."""
 
     clearance_m: float
-    """No way out stays farther than this from the obstacles; what voxels can tell, not exact."""
+    """No way out of it stays farther than this from the obstacles; as voxels tell, not exact."""
     walls_m: FloatArray
     """[n, 3] world points in what closes the space, at least one."""
 
@@ -49,8 +49,8 @@ def prove_infeasible(
             found = _proof_in(ceiling, place_m, radius_m, margin_m, away_m)
             if found is None and voxels <= REFINED_VOXELS:
                 inside = ceiling.within(place_m, radius_m + HALF_DIAGONAL * width)
-                open_voxels = _reached(ceiling.distance_m, margin_m, inside)
-                finer = ceiling.refined(distance, open_voxels, REFINEMENT)
+                open_voxels = _find_reached(ceiling.distance_m, margin_m, inside)
+                finer = ceiling.refine(distance, open_voxels, REFINEMENT)
                 found = _proof_in(finer, place_m, radius_m, margin_m, away_m)
             if found is not None:
                 return found
@@ -68,14 +68,14 @@ def _proof_in(
     spread = HALF_DIAGONAL * ceiling.width_m
     inside = ceiling.within(place_m, radius_m + spread)
     outside = ceiling.within(away_m, spread)
-    if not _closed(ceiling.distance_m, margin_m, inside, outside):
+    if not _is_closed(ceiling.distance_m, margin_m, inside, outside):
         return None
     clearance = _widest_way(ceiling.distance_m, margin_m, inside, outside)
     walls = _walls(ceiling.distance_m, clearance, inside)
     return InfeasibilityProof(clearance, ceiling.centers_m(walls))
 
 
-def _reached(passable: FloatArray, margin_m: float, inside: IntArray) -> BoolArray:
+def _find_reached(passable: FloatArray, margin_m: float, inside: IntArray) -> BoolArray:
     """[nx, ny, nz] voxels that ways from inside can come to."""
     from scipy.ndimage import label
 
@@ -84,9 +84,9 @@ def _reached(passable: FloatArray, margin_m: float, inside: IntArray) -> BoolArr
     return np.isin(labels, seeds[seeds > 0])
 
 
-def _closed(passable: FloatArray, margin_m: float, inside: IntArray, outside: IntArray) -> bool:
+def _is_closed(passable: FloatArray, margin_m: float, inside: IntArray, outside: IntArray) -> bool:
     """Whether ways from inside come neither to the border of the box nor to the outside."""
-    reached = _reached(passable, margin_m, inside)
+    reached = _find_reached(passable, margin_m, inside)
     if np.any(reached.ravel()[outside]):
         return False
     return not any(np.any(np.take(reached, end, axis=axis)) for axis in range(3) for end in (0, -1))
@@ -99,7 +99,7 @@ def _widest_way(
     low, high = float(passable.min()), margin_m
     while high - low > 0.01 * margin_m:
         middle = 0.5 * (low + high)
-        if _closed(passable, middle, inside, outside):
+        if _is_closed(passable, middle, inside, outside):
             high = middle
         else:
             low = middle
@@ -110,7 +110,7 @@ def _walls(passable: FloatArray, clearance_m: float, inside: IntArray) -> IntArr
     """Flat numbers of the blocked voxels next to the closed space."""
     from scipy.ndimage import binary_dilation
 
-    reached = _reached(passable, clearance_m, inside)
+    reached = _find_reached(passable, clearance_m, inside)
     if not np.any(reached):
         return inside
     around = binary_dilation(reached, structure=np.ones((3, 3, 3)))

@@ -14,7 +14,7 @@ STAYS_S = 30.0
 """Time for which it stays then, before it flies on once more; each time twice as long."""
 
 
-def closed_or_not(progress: Progress, now_s: float, *, is_known: bool) -> Progress:
+def note_whether_closed(progress: Progress, now_s: float, *, is_known: bool) -> Progress:
     """Return the progress with whether no way leads to the goal.
 
     Parameters

@@ -76,7 +76,7 @@ def find_route(
             field = VoxelField.sample(distance, low, high, start, width)
             corners = _shortest_path(field, distance, start, goal, margin_m)
             if corners is not None:
-                return Route(_shortened(distance, corners, margin_m))
+                return Route(_shorten(distance, corners, margin_m))
     return NoRoute(
         f"no way that stays {margin_m:g} m from every obstacle was found from {_at(start)} to "
         f"{_at(goal)} on voxels of {finest:.2g} m or more"
@@ -240,7 +240,7 @@ def _within_reach(
     return around[np.array(clear, dtype=np.bool_)]
 
 
-def _shortened(distance: Distance, corners: FloatArray, margin_m: float) -> FloatArray:
+def _shorten(distance: Distance, corners: FloatArray, margin_m: float) -> FloatArray:
     """The corners that remain when each is left out that can be seen past."""
     kept = [0]
     while kept[-1] < len(corners) - 1:

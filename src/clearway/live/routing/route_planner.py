@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.avoidance.rate.route_field import Pace, RouteField, time_to_go
-from clearway.base.compiled import sealed
+from clearway.base.compiled import seal
 from clearway.base.frames import FloatArray
 from clearway.live.routing.field.clearance_speed import SpeedRule, speeds_of
 from clearway.live.routing.field.closer_look import (
@@ -99,7 +99,8 @@ class RoutePlanner:
         self._last: RouteField | None = None
 
     def begin_anew(self, base: BaseClearance | None) -> None:
-        """Take something else for what is known besides points; no way was tried in vain yet."""
+        """Take something else for what is known besides points; no way was tried without success
+        yet."""
         self.space.begin_anew(base)
         self.in_vain, self._last = InVain(self.settings.margin_m), None
         self._with_room = NO_CELLS
@@ -139,9 +140,9 @@ class RoutePlanner:
                 break
         widths = levels.width_m * 2.0 ** np.arange(levels.depth)
         field = RouteField(
-            sealed(cells_of(space, time)),
-            sealed(cells_of(space, speed)),
-            sealed(levels.low * widths[:, None]),
+            seal(cells_of(space, time)),
+            seal(cells_of(space, speed)),
+            seal(levels.low * widths[:, None]),
             levels.width_m,
             levels.lowest_m,
             levels.layer_m,

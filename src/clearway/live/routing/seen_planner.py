@@ -1,4 +1,4 @@
-"""Ways to a goal through what was seen to be free, and at a price through what nobody has seen.
+"""Ways to a goal through what was seen to be free, and at a cost through unobserved space.
 
 What is seen of a room, a pocket or a maze shows where it cannot be left long before flying on
 shows it. A way costs its length, more where little room to turn is left, where it leads through the
@@ -25,26 +25,26 @@ from clearway.live.routing.field.cell_prices import (
     prices_of,
 )
 from clearway.live.routing.field.cell_way import cells_down, corners_on, middles_of
-from clearway.live.routing.field.clearance_speed import barred_within
+from clearway.live.routing.field.clearance_speed import find_barred_clearance
 from clearway.live.routing.field.known_space import BaseClearance, RouteCells
 from clearway.live.routing.field.seen_marking import mark_seen
 from clearway.live.routing.route_planner import LONGER, RoutePlanner, RouteSettings
 from clearway.sensors.observed.seen_space import SeenSpace
 
 NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
-"""Price of a metre with no room beside the margin to turn, and with none to turn half as wide."""
+"""Cost of a metre with no room beside the margin to turn, and with none to turn half as wide."""
 NARROW = (1.25, 1.5)
-"""The same prices where the mission allows narrow places."""
+"""The same cost weights where the mission allows narrow places."""
 TALL, TALL_FINE = 100.0, 200.0
-"""Price of a metre that nobody has seen above or below what stands, for who turns in much room and
+"""Cost of a metre that nobody has seen above or below what stands, for who turns in much room and
 for others: most of it stands on."""
 MOST, MOST_FINE = 1000.0, 60.0
-"""Price of a metre at most, when a way is looked for, for who turns in much room and for others:
-who can stop may look, but not for longer than it takes to fly back out of a room."""
+"""Cost of a metre at most, when a way is looked for, for who turns in much room and for others: who
+can stop may look, but not for longer than it takes to fly back out of a room."""
 FAR = 60.0
-"""Price of a metre where cells that are not of the finest are closed, if no way is found else."""
+"""Cost of a metre where cells that are not of the finest are closed, if no way is found else."""
 IN_VAIN = 1.0
-"""Added to a metre's price for every time that a way there came no nearer to it."""
+"""Added to a metre's cost for every time that a way there came no nearer to it."""
 IN_VAIN_MARGINS, SPENT_MARGINS = 5.0, 10.0
 """Margins about the end of a way that came to nothing, at least, and about a place that was tried,
 in which a metre costs more."""
@@ -66,7 +66,7 @@ class SeenRoute(NamedTuple):
     length_m: float
     """From where it begins to the goal."""
     in_vain_m: float
-    """Part of its price for ways that came to nothing."""
+    """Part of its cost for ways that came to nothing."""
 
     def via_m(self, goal_m: FloatArray) -> tuple[FloatArray, ...]:
         """Its corners [3] before the goal [3]."""
@@ -153,7 +153,7 @@ class SeenPlanner(RoutePlanner):
 
     # --- ways -----------------------------------------------------------------------------
 
-    def seen_route(
+    def find_seen_route(
         self, vehicle_m: FloatArray, goal_m: FloatArray, flown_m: Sequence[FloatArray] = ()
     ) -> SeenRoute:
         """Return the cheapest way from a vehicle [3] to a goal [3], as far as is known.
@@ -257,7 +257,7 @@ class SeenPlanner(RoutePlanner):
         far = int(np.ceil(reach_m / layout.width_m))
         at = np.floor(place_m[:2] / layout.width_m).astype(np.int64) - levels.low[0]
         about = tuple(slice(max(0, mid - far), max(0, mid + far + 1)) for mid in at.tolist())
-        barred_m = barred_within(levels, 0, self._rule_of_price.closed_m)
+        barred_m = find_barred_clearance(levels, 0, self._rule_of_price.closed_m)
         stands = self.space.clearance_m.reshape(shape)[0][about] < barred_m
         free = self.space.seen.reshape(shape)[0][about].any(axis=(0, 1))
         free &= ~stands.any(axis=(0, 1))

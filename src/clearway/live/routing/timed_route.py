@@ -90,22 +90,22 @@ def route_planner_for(
     return RoutePlanner(
         _settings_of(needs, mission),
         _cells_for(planner, mission, width_m, beside_m, most_layers),
-        known_besides(planner, mission, obstacle_map),
+        find_known_clearance(planner, mission, obstacle_map),
     )
 
 
-def seen_planner_for(
+def make_seen_planner(
     planner: Planner, mission: Mission, obstacle_map: ObstacleMap | None
 ) -> SeenPlanner:
     """Return the route planner of a flight that keeps seen space, as of `route_planner_for`."""
     margin_m, turning_m = planner.settings.safety_margin_m, turning_room_m(planner.automaton)
-    cells = _seen_cells_for(planner, mission)
+    cells = _make_seen_cells(planner, mission)
     wide_m = max(margin_m + turning_m, NEAR * max(cells.width_m, cells.layer_m))
     needs = _needs_of(planner)._replace(margin_m=margin_m, wide_m=wide_m)
     return SeenPlanner(
         _settings_of(needs, mission),
         cells,
-        known_besides(planner, mission, obstacle_map),
+        find_known_clearance(planner, mission, obstacle_map),
         turning_m=turning_m,
         narrow=_may_be_narrow(planner),
     )
@@ -113,7 +113,7 @@ def seen_planner_for(
 
 def suits(routes: RoutePlanner, planner: Planner, mission: Mission) -> bool:
     """Return whether the cells of a route planner hold another mission, too."""
-    had, wanted = routes.space.layout, _seen_cells_for(planner, mission)
+    had, wanted = routes.space.layout, _make_seen_cells(planner, mission)
     heights = np.append(mission.goals_m[:, 2], mission.start.position_m[2])
     top_m = had.lowest_m + (had.layers - 1) * had.layer_m
     if had.layers > 1 and not (had.lowest_m <= heights.min() and heights.max() <= top_m):
@@ -127,7 +127,7 @@ def _may_be_narrow(planner: Planner) -> bool:
     return settings.narrow == Narrow.ALLOW or settings.escape == Escape.KNOWN
 
 
-def _seen_cells_for(planner: Planner, mission: Mission) -> RouteCells:
+def _make_seen_cells(planner: Planner, mission: Mission) -> RouteCells:
     turning_m = turning_room_m(planner.automaton)
     of_turn = OF_NARROW_TURN if _may_be_narrow(planner) else OF_WIDE_TURN
     unit_m = VOXEL_OF_MARGIN * planner.settings.safety_margin_m
@@ -165,7 +165,7 @@ def _cells_for(
     return route_cells_for(width_m, away_m, lowest_m, highest_m, max(LAYER_M, width_m), most_layers)
 
 
-def known_besides(
+def find_known_clearance(
     planner: Planner, mission: Mission, obstacle_map: ObstacleMap | None
 ) -> BaseClearance | None:
     """Return what ways round keep clear of besides points: the map, and where rules forbid to fly.

@@ -1,1 +1,1 @@
-"""Which nodes and trajectories go on: keep rules, covers, and trajectories told apart."""
+"""Which nodes and trajectories go on: keep rules, covers, and trajectories distinguished."""

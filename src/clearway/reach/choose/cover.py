@@ -27,7 +27,7 @@ class Items(NamedTuple):
     """[items]"""
 
 
-def passed_cells(pool: ReachSet) -> Items:
+def list_passed_cells(pool: ReachSet) -> Items:
     """Every cell that a node passes, all worth the same."""
     return Items(pool.cell_start, pool.cell_index, np.ones(pool.grid.cells))
 

@@ -12,13 +12,13 @@ from clearway.reach.choose.cover import (
     footprints,
     greedy_cover,
     headings_in_cells,
-    passed_cells,
+    list_passed_cells,
 )
 from clearway.reach.choose.dispersion import farthest_of_cell
 from clearway.reach.choose.keep import best_of_cell, harmonic
 from clearway.reach.choose.late import most_footprints, near_corners
 from clearway.reach.choose.primitives import primitives
-from clearway.reach.choose.select import Select, expanded, merge_sets, tree_of
+from clearway.reach.choose.select import Select, merge_sets, select_by_keeping, tree_of
 from clearway.reach.choose.unique import without_duplicate_states
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice
@@ -32,7 +32,7 @@ def select_dispersed(spread: float = 6.0, side_exits: float = 1.0) -> Select:
         lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float, deep: int
     ) -> ByteArray:
         rule = farthest_of_cell(int(spread), _look_ahead_m(lattice, grid))
-        return expanded(rule, side_exits)(lattice, grid, start_pitch_rad, deep)
+        return select_by_keeping(rule, side_exits)(lattice, grid, start_pitch_rad, deep)
 
     return select
 
@@ -46,7 +46,7 @@ def select_cover(pool: float = 6.0) -> Select:
         held = primitives(lattice, grid, start_pitch_rad, deep)
         others = merge_sets(
             select_dispersed(pool, side_exits=0.0)(lattice, grid, start_pitch_rad, deep),
-            expanded(best_of_cell(harmonic, int(pool)), side_exits=0.0)(
+            select_by_keeping(best_of_cell(harmonic, int(pool)), side_exits=0.0)(
                 lattice, grid, start_pitch_rad, deep
             ),
         )
@@ -75,13 +75,13 @@ def select_late(
     ) -> ByteArray:
         held = select_cover()(lattice, grid, start_pitch_rad, deep)
         rule = near_corners(int(width), int(entry), int(layers), 2.0 * lattice.automaton.step_m)
-        branches = expanded(rule, side_exits=0.0)(lattice, grid, start_pitch_rad, deep)
+        branches = select_by_keeping(rule, side_exits=0.0)(lattice, grid, start_pitch_rad, deep)
         buffers = merge_sets(held, branches)
         if not len(buffers):
             return buffers
         tree = tree_of(buffers, lattice, grid, start_pitch_rad)
         branched = most_footprints(tree, buffers, held, lattice.mirror, int(nodes))
-        # Whole clusters of branches come at one price, so some room is left for single ones.
+        # Whole clusters of branches come at one cost, so some room is left for single ones.
         return greedy_cover(tree, buffers, branched, lattice.mirror, footprints(tree), nodes)
 
     return select
@@ -103,7 +103,7 @@ def select_for_flying(pool: float = 6.0, nodes_per_cell: float = 2.5) -> Select:
         if not len(buffers):
             return buffers
         tree = tree_of(buffers, lattice, grid, start_pitch_rad)
-        cells = passed_cells(tree)
+        cells = list_passed_cells(tree)
         most = nodes_per_cell * len(set(tree.cell_index.tolist()))
         covered = greedy_cover(tree, buffers, held, lattice.mirror, cells)
         headings = headings_in_cells(tree)

@@ -187,7 +187,7 @@ def _points_of_ways(buffers: ByteArray, lattice: Lattice, start_pitch_rad: float
         for movement in row[row > 0].astype(np.int64) - 1:
             chain.append((at, int(movement)))
             x, y, z, yaw = starts[-1]
-            turned = _turned(pieces.path[at, movement, -1], yaw) + np.array([x, y, z])
+            turned = _turn(pieces.path[at, movement, -1], yaw) + np.array([x, y, z])
             starts.append(np.array([*turned, yaw + pieces.turn_rad[at, movement]]))
             at = int(pieces.following[at, movement])
         marks = np.cumsum([pieces.length_m[piece] for piece in chain])
@@ -198,13 +198,13 @@ def _points_of_ways(buffers: ByteArray, lattice: Lattice, start_pitch_rad: float
             whole = float(marks[number]) - before
             share = (mark - before) / whole if whole > 0.0 else 1.0
             local = _point(pieces, *chain[number], min(1.0, share))
-            points[n, k, :3] = starts[number][:3] + _turned(local, float(starts[number][3]))
+            points[n, k, :3] = starts[number][:3] + _turn(local, float(starts[number][3]))
             flown = durations[:number].sum() + min(1.0, share) * durations[number]
             points[n, k, 3] = flown / np.max(pieces.duration_s)
     return points
 
 
-def _turned(vector: FloatArray, yaw: float) -> FloatArray:
+def _turn(vector: FloatArray, yaw: float) -> FloatArray:
     cosine, sine = np.cos(yaw), np.sin(yaw)
     return np.array(
         [cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1], vector[2]]

@@ -17,7 +17,7 @@ from clearway.base.compiled import compiled
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.expand.buffers import keys_of, mirrored
+from clearway.reach.expand.buffers import keys_of, mirror_buffers
 from clearway.reach.expand.wavefront import Front, KeepRule
 
 Score = Callable[[Front], FloatArray]
@@ -50,7 +50,7 @@ def in_mirrored_order(front: Front, score: FloatArray) -> tuple[IntArray, BoolAr
     own = keys_of(front.buffers)
     first = own
     if front.mirror is not None:
-        image = keys_of(mirrored(front.buffers, front.mirror))
+        image = keys_of(mirror_buffers(front.buffers, front.mirror))
         first = np.where(image < own, image, own)
     order = np.lexsort((own, first, -np.round(score, 9), front.cell))
     first, cell = first[order], front.cell[order]

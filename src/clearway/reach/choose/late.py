@@ -2,7 +2,7 @@
 
 Trajectories that share all but their last movements cost little each. Where four cells meet, a
 movement or two decide which cells come last; so the pool keeps nodes that stay near such corners,
-and branches in full behind them. Which branches pay is a knapsack on a tree: at a price per node,
+and branches in full behind them. Which branches pay is a knapsack on a tree: at a cost per node,
 the best subtree follows from its own best subtrees.
 """
 
@@ -68,7 +68,7 @@ def most_footprints(
 ) -> ByteArray:
     """Buffers [kept, deep] of `held` and those that make the most footprints of `most_nodes`.
 
-    pool: reach set of all of `buffers`, sorted. The price per node is found by halving.
+    pool: reach set of all of `buffers`, sorted. The cost per node is found by halving.
     """
     leaves = pool.trajectories
     own = keys_of(buffers)
@@ -93,7 +93,7 @@ def most_footprints(
 
 
 def _worthwhile(pool: ReachSet, held: BoolArray, price: float) -> BoolArray:
-    """[nodes] of the best subtree, at a price per node that is not held and 1 per trajectory.
+    """[nodes] of the best subtree, at a cost per node that is not held and 1 per trajectory.
 
     Of siblings that end in one cell only the best goes on: their footprints would be the same.
     """

@@ -16,7 +16,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import Lattice, standing_deep
-from clearway.reach.expand.replay import completed
+from clearway.reach.expand.replay import complete_buffers
 from clearway.vehicle.automaton import Movement, MovementAutomaton
 from clearway.vehicle.inertialess import InertialessModel
 
@@ -31,17 +31,17 @@ def primitives(
 ) -> ByteArray:
     """Buffers [trajectories, deep] of "turn k, then straight" that lead through the grid."""
     rows = [row for turns in _turns_by_speed(lattice.automaton) for row in _schedules(turns, deep)]
-    rows += _unhurried(lattice.automaton, deep)
+    rows += _list_unhurried(lattice.automaton, deep)
     if not rows:
         return np.zeros((0, deep), dtype=np.uint8)
-    return completed(np.array(rows, dtype=np.uint8), lattice, grid, start_pitch_rad)
+    return complete_buffers(np.array(rows, dtype=np.uint8), lattice, grid, start_pitch_rad)
 
 
 def _turns_by_speed(automaton: MovementAutomaton) -> list[dict[Turn, int]]:
     """Per speed, climb and duration: movement index + 1 by what the movement turns."""
     classes: dict[tuple[float, float | None, float], dict[Turn, int]] = {}
     for index, movement in enumerate(automaton.movements):
-        end = _asked(automaton, movement)
+        end = _find_asked(automaton, movement)
         turn = (round(float(end[4]) * 1e9), round(float(end[5]) * 1e9))
         kind = (movement.speed_mps, movement.climb_mps, movement.duration_s)
         turns = classes.setdefault(kind, {})
@@ -49,7 +49,7 @@ def _turns_by_speed(automaton: MovementAutomaton) -> list[dict[Turn, int]]:
     return [turns for turns in classes.values() if (0, 0) in turns]
 
 
-def _asked(automaton: MovementAutomaton, movement: Movement) -> FloatArray:
+def _find_asked(automaton: MovementAutomaton, movement: Movement) -> FloatArray:
     """[6] where a movement leads; of a measured one what it is asked for: none is quite straight,
     and from a stop it leads less far than later."""
     if automaton.classes is None:
@@ -76,11 +76,11 @@ def _schedules(turns: dict[Turn, int], deep: int) -> Iterator[list[int]]:
         yield row[:deep]
 
 
-def _unhurried(automaton: MovementAutomaton, deep: int) -> list[list[int]]:
+def _list_unhurried(automaton: MovementAutomaton, deep: int) -> list[list[int]]:
     """Of what can stop: something else than full speed straight ahead for a while, then that."""
     if not automaton.can_stop:
         return []
-    ends = np.array([_asked(automaton, movement) for movement in automaton.movements])
+    ends = np.array([_find_asked(automaton, movement) for movement in automaton.movements])
     turns = np.any(np.abs(ends[:, 3:]) > TURNS_RAD, axis=1)
     ahead = np.where(turns, -np.inf, ends[:, 0])
     straight = int(np.argmax(ahead))

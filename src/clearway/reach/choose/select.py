@@ -18,7 +18,7 @@ Select = Callable[[Lattice, AvoidanceGrid, float, int], ByteArray]
 """Lattice, grid, start pitch, movements deep -> buffers of the trajectories of a reach set."""
 
 
-def expanded(rule: KeepRule, side_exits: float) -> Select:
+def select_by_keeping(rule: KeepRule, side_exits: float) -> Select:
     """What a keep rule leaves."""
     return partial(trajectories, keep=rule, side_exits=bool(side_exits))
 

@@ -51,7 +51,7 @@ class _Chains(NamedTuple):
 
 
 @lru_cache(maxsize=2)
-def timed_chains(lattice: Lattice) -> tuple[ByteArray, ...]:
+def find_timed_chains(lattice: Lattice) -> tuple[ByteArray, ...]:
     """Return buffers [chains, LAYERS] of the chains kept from each class of motion."""
     pieces, rng = lattice.pieces, np.random.default_rng(0)
     classes = range(len(pieces.following))
@@ -60,8 +60,8 @@ def timed_chains(lattice: Lattice) -> tuple[ByteArray, ...]:
     found = [[each.buffers] for each in chains]
     for length in range(2, LAYERS + 1):
         most = KEPT[min(length - 2, len(KEPT) - 1)]
-        grown = [_grown(lattice, at, chains, effort, goes_on) for at in classes]
-        chains = [_dispersed(each, rng, most, length) for each in grown]
+        grown = [_grow(lattice, at, chains, effort, goes_on) for at in classes]
+        chains = [_disperse(each, rng, most, length) for each in grown]
         for at, each in enumerate(chains):
             found[at].append(each.buffers)
     return tuple(np.concatenate(each) for each in found)
@@ -78,7 +78,7 @@ def _single(lattice: Lattice, at: int, effort: FloatArray) -> _Chains:
     return _Chains(pose, ends, effort[at, movement], buffers)
 
 
-def _grown(
+def _grow(
     lattice: Lattice, at: int, chains: list[_Chains], effort: FloatArray, goes_on: BoolArray
 ) -> _Chains:
     """Chains that begin with one movement more."""
@@ -92,7 +92,7 @@ def _grown(
         buffers[:, 0], buffers[:, 1:] = movement + 1, rest.buffers[keep, :-1]
         parts.append(
             _Chains(
-                _placed(end, turn_rad, rest.pose[keep]),
+                _place(end, turn_rad, rest.pose[keep]),
                 rest.at[keep],
                 effort[at, movement] + rest.spent[keep],
                 buffers,
@@ -106,7 +106,7 @@ def _grown(
     )
 
 
-def _placed(end: FloatArray, turn_rad: float, pose: FloatArray) -> FloatArray:
+def _place(end: FloatArray, turn_rad: float, pose: FloatArray) -> FloatArray:
     """[n, 4] poses that begin after a displacement [3] and a turn."""
     cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
     x = end[0] + cosine * pose[:, 0] - sine * pose[:, 1]
@@ -114,7 +114,7 @@ def _placed(end: FloatArray, turn_rad: float, pose: FloatArray) -> FloatArray:
     return np.stack([x, y, end[2] + pose[:, 2], turn_rad + pose[:, 3]], axis=1)
 
 
-def _dispersed(chains: _Chains, rng: np.random.Generator, most: int, length: int) -> _Chains:
+def _disperse(chains: _Chains, rng: np.random.Generator, most: int, length: int) -> _Chains:
     """Of chains that end in one cell that of the lowest rank, in cells just so large that few
     enough are left."""
     pose, at = chains.pose, chains.at

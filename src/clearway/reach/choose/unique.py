@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.state import BoolArray, IntArray
-from clearway.reach.expand.buffers import ByteArray, keys_of, mirrored
+from clearway.reach.expand.buffers import ByteArray, keys_of, mirror_buffers
 from clearway.reach.expand.lattice import Lattice
 from clearway.reach.expand.replay import level_states
 
@@ -55,7 +55,7 @@ def _one_way(
     _, group = np.unique(keys, axis=0, return_inverse=True)
     group = group.reshape(-1)
     own = keys_of(prefixes)
-    image = own if lattice.mirror is None else keys_of(mirrored(prefixes, lattice.mirror))
+    image = own if lattice.mirror is None else keys_of(mirror_buffers(prefixes, lattice.mirror))
     lesser = np.where(image < own, image, own)
     order = np.lexsort((own, lesser, own != image, ~preferred, group))
     chosen = order[_first_of(group[order])]

@@ -149,7 +149,7 @@ def full_footprints(
     return FullFootprints(estimate.footprints, estimate.standard_error, False)
 
 
-def bound_6_5(movements: int, spread: int, grid: AvoidanceGrid) -> int:
+def compute_bound_6_5(movements: int, spread: int, grid: AvoidanceGrid) -> int:
     """Most nodes that a set with this spread can have, (6.5)."""
     return movements * (spread + 1) * grid.cells
 
@@ -173,7 +173,7 @@ def _row(
         measure_dispersion(reach_set, sample),
         build_s,
         spread,
-        bound_6_5(len(automaton.movements), spread, grid),
+        compute_bound_6_5(len(automaton.movements), spread, grid),
     )
 
 

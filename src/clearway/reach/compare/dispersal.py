@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.expand.buffers import nodes_of
 from clearway.reach.expand.lattice import build_lattice, grid_from_level, in_grid, movements_deep
-from clearway.reach.expand.replay import completed, level_states
+from clearway.reach.expand.replay import complete_buffers, level_states
 from clearway.reach.tree import ReachSet
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -62,7 +62,7 @@ def sample_reachable(
     for movement in range(1, deep):
         again = repeats[:, movement]
         rows[again, movement] = rows[again, movement - 1]
-    nodes = nodes_of(completed(rows, lattice, grid, start_pitch_rad))
+    nodes = nodes_of(complete_buffers(rows, lattice, grid, start_pitch_rad))
     states, attitudes = level_states(nodes, lattice.start[start_pitch_rad], lattice.pieces)
     rotation = grid_from_level(start_pitch_rad)
     position = in_grid(states[:, :3], rotation)

@@ -100,14 +100,14 @@ class _Repetition:
         while followed:
             opened: list[_Branch] = []
             for branch in followed:
-                ended, below = self._walked(branch) if branch.way else self._held(branch)
+                ended, below = self._walk(branch) if branch.way else self._hold(branch)
                 total += ended
                 opened += below
                 walked += bool(branch.way)
-            followed = [self._settled(branch) for branch in _drawn(opened, self.branches, self.rng)]
+            followed = [self._settle(branch) for branch in _draw(opened, self.branches, self.rng)]
         return total, walked
 
-    def _held(self, branch: _Branch) -> tuple[float, list[_Branch]]:
+    def _hold(self, branch: _Branch) -> tuple[float, list[_Branch]]:
         """Footprints that end here, and branches on, from all states of a footprint."""
         footprint, weight = branch.footprint, branch.weight
         below = self.tree.offspring(footprint)
@@ -122,7 +122,7 @@ class _Repetition:
             opened.append(_Branch(weight, footprint, states, ways, walks))
         return weight * np.count_nonzero(below.ended), opened
 
-    def _walked(self, branch: _Branch) -> tuple[float, list[_Branch]]:
+    def _walk(self, branch: _Branch) -> tuple[float, list[_Branch]]:
         """Footprints that end here, and branches on, as random walks find them."""
         counts = self.tree.outcomes(branch.footprint, branch.way, branch.walks, self._seed())
         inner = self.tree.inner_cells
@@ -140,10 +140,10 @@ class _Repetition:
             if outcome < inner:
                 opened.append(child)
             else:
-                total += self._settled(child).weight
+                total += self._settle(child).weight
         return total, opened
 
-    def _settled(self, branch: _Branch) -> _Branch:
+    def _settle(self, branch: _Branch) -> _Branch:
         """The branch with the inverse of its chance of being found made good in its weight."""
         if not branch.found:
             return branch
@@ -162,7 +162,7 @@ class _Repetition:
         return int(self.rng.integers(2**62))
 
 
-def _drawn(opened: list[_Branch], count: int, rng: np.random.Generator) -> list[_Branch]:
+def _draw(opened: list[_Branch], count: int, rng: np.random.Generator) -> list[_Branch]:
     """A systematic sample with unequal chances, each with its weight over its chance."""
     if len(opened) <= count:
         return opened

@@ -61,7 +61,7 @@ class _States:
     above: IntArray
     """Index of the state before the movement."""
 
-    def picked(self, rows: IntArray) -> _States:
+    def pick(self, rows: IntArray) -> _States:
         return _States(
             self.position_m[rows],
             self.yaw_rad[rows],
@@ -150,7 +150,7 @@ class _ChainSearch:
                 if held == self.deep:
                     nearest = int(level.cell.min()) // (self.grid.columns * self.grid.rows)
                     held, frontier = depth - 1, max(nearest, 0)
-                level = level.picked(self.farthest(level))
+                level = level.pick(self.farthest(level))
             if not len(level.cell):
                 break
             levels.append(level)
@@ -191,7 +191,7 @@ class _ChainSearch:
 
     def any_completes(self, cell: int, levels: list[_States]) -> bool | None:
         """Whether a chain through the cell can be completed; None where that takes too much."""
-        among = [level.picked(np.flatnonzero(level.cell == cell)) for level in levels]
+        among = [level.pick(np.flatnonzero(level.cell == cell)) for level in levels]
         return self._completes(among, WIDTH) or self._completes(among, self.held_states)
 
     def _completes(self, among: list[_States], most: int) -> bool | None:
@@ -199,10 +199,10 @@ class _ChainSearch:
         states: list[_States] = []
         left_out = False
         for depth in range(self.deep):
-            level = _each_once(_joined([*states, *among[depth : depth + 1]]), self.grid.layer_m)
+            level = _each_once(_join([*states, *among[depth : depth + 1]]), self.grid.layer_m)
             if len(level.cell) > most:
                 left_out = True
-                level = level.picked(self.farthest(level))
+                level = level.pick(self.farthest(level))
             if not len(level.cell):
                 continue
             step = self.step(level)
@@ -212,7 +212,7 @@ class _ChainSearch:
         return None if left_out else False
 
 
-def _joined(states: list[_States]) -> _States:
+def _join(states: list[_States]) -> _States:
     names = ("position_m", "yaw_rad", "attitude", "cell", "above")
     return _States(*(np.concatenate([getattr(s, name) for s in states]) for name in names))
 
@@ -224,4 +224,4 @@ def _each_once(states: _States, unit_m: float) -> _States:
     key[:, 3] = np.round(states.yaw_rad / RESOLUTION)
     key[:, 4] = states.attitude
     _, first = np.unique(key.view(f"V{key.shape[1] * key.itemsize}").ravel(), return_index=True)
-    return states.picked(np.sort(first))
+    return states.pick(np.sort(first))

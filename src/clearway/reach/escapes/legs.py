@@ -59,7 +59,7 @@ def attitudes_of(automaton: MovementAutomaton, paths: MovementPaths) -> tuple[Fl
         for movement, (next_roll, next_pitch) in zip(automaton.movements, ends, strict=True):
             state = np.array([0.0, 0.0, 0.0, roll, pitch, 0.0])
             row.append(-1)
-            if not automaton.allowed(state, movement):
+            if not automaton.is_allowed(state, movement):
                 continue
             same = [
                 n

@@ -51,7 +51,7 @@ def load_or_search(
     name, place = name_of(key), folder or cache_folder()
     for path in [each / name for each in (SHIPPED, place) if each is not None]:
         try:
-            return _parsed(read_kept(path, KIND, key), len(legs.following))
+            return _parse(read_kept(path, KIND, key), len(legs.following))
         except (OSError, ClearwayError):
             continue
     found = search_escapes(automaton, legs)
@@ -67,17 +67,17 @@ def search_escapes(automaton: MovementAutomaton, legs: Legs) -> FoundWays:
     if automaton.has_inertia and classes is not None:
         ways = tuple(braking_ways(classes, at) for at in range(len(classes.classes)))
         reach_m = max(measure_reach(each, legs) for each in ways)
-        return FoundWays(ways, _rounded_up(reach_m / step_m))
+        return FoundWays(ways, _round_up(reach_m / step_m))
     attitudes = range(len(legs.following))
     loops = [tuple(loops_from(automaton, legs, at)) for at in attitudes]
     ways = tuple(ways_from(automaton, legs, loops, at) for at in attitudes)
     widest_m = max(
         (extent_m(legs, at, loop) for at, each in enumerate(loops) for loop in each), default=0.0
     )
-    return FoundWays(ways, MOST_DEPTH + _rounded_up(widest_m / step_m))
+    return FoundWays(ways, MOST_DEPTH + _round_up(widest_m / step_m))
 
 
-def _rounded_up(steps: float) -> float:
+def _round_up(steps: float) -> float:
     return float(np.ceil(FINENESS * steps)) / FINENESS
 
 
@@ -101,7 +101,7 @@ def name_of(key: bytes) -> str:
 def store(
     path: Path, key: bytes, found: FoundWays, refused: Callable[[OSError], None] | None = None
 ) -> None:
-    """Write into a file; where that cannot be done, `refused` is told."""
+    """Write into a file; where that cannot be done, `refused` is reported."""
     numbers = [array.astype("<i4") for ways in found.ways for array in ways]
     lengths = np.array([len(array) for array in numbers], dtype="<i4")
     whole = lengths.tobytes() + b"".join(array.tobytes() for array in numbers)
@@ -112,7 +112,7 @@ def store(
             refused(cause)
 
 
-def _parsed(payload: bytes, attitudes: int) -> FoundWays:
+def _parse(payload: bytes, attitudes: int) -> FoundWays:
     (reach,) = _REACH.unpack_from(payload)
     numbers = np.frombuffer(zlib.decompress(payload[_REACH.size :]), dtype="<i4")
     fields = len(Ways._fields)

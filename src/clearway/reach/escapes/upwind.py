@@ -34,11 +34,11 @@ def ways_in_wind(
     """
     step = ROUNDED * speed_mps
     east, north = (np.round(wind_mps[:2] / step) * step).tolist()
-    return _found(library, start, float(east), float(north))
+    return _find(library, start, float(east), float(north))
 
 
 @lru_cache(maxsize=256)
-def _found(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Ways:
+def _find(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Ways:
     ways, legs = library.ways[start], library.legs
     yaw = _yaws(library, start)
     straight = _straight(legs)

@@ -47,7 +47,7 @@ class Ways(NamedTuple):
 
 
 class _Begun(NamedTuple):
-    """A beginning of ways out."""
+    """A beginning of escapes."""
 
     parent: int
     movement: int
@@ -97,13 +97,13 @@ def _beginnings(automaton: MovementAutomaton, legs: Legs, start: int) -> list[_B
     for most_changes, most_depth in BEGINNINGS:
         for at, begun in enumerate(tree):  # It grows as it is gone through.
             if begun.depth < most_depth:
-                tree += _grown(automaton, legs, begun, at, known, most_changes)
+                tree += _grow(automaton, legs, begun, at, known, most_changes)
     order = sorted(range(len(tree)), key=lambda at: tree[at].depth)
     number = {at: place for place, at in enumerate(order)}
     return [tree[at]._replace(parent=number.get(tree[at].parent, -1)) for at in order]
 
 
-def _grown(
+def _grow(
     automaton: MovementAutomaton,
     legs: Legs,
     begun: _Begun,

@@ -47,7 +47,7 @@ def parents_of(nodes: ByteArray) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.
     return parent, movement
 
 
-def mirrored(buffers: ByteArray, mirror: tuple[int, ...]) -> ByteArray:
+def mirror_buffers(buffers: ByteArray, mirror: tuple[int, ...]) -> ByteArray:
     """The same buffers flown with left and right exchanged."""
     image = np.zeros(len(mirror) + 1, dtype=np.uint8)
     image[1:] = np.array(mirror) + 1
@@ -60,6 +60,6 @@ def images_within(buffers: ByteArray, mirror: tuple[int, ...] | None) -> npt.NDA
     places = np.arange(len(own))
     if mirror is None or not len(own):
         return places
-    images = keys_of(mirrored(buffers, mirror))
+    images = keys_of(mirror_buffers(buffers, mirror))
     found = np.minimum(np.searchsorted(own, images), len(own) - 1)
     return np.where(own[found] == images, found, places)

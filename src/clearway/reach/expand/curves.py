@@ -43,14 +43,14 @@ def curve_parts(paths: list[PathAt]) -> FloatArray:
         windows = np.stack(
             [points[:, part * POINTS : (part + 1) * POINTS + 1] for part in range(parts)], axis=1
         )
-        curves, off = _fitted(windows)
+        curves, off = _fit(windows)
         length = np.linalg.norm(np.diff(points, axis=1), axis=-1).sum(axis=1)
         if np.all(off <= FIT * length[:, None]) or parts >= MOST_PARTS:
             return np.ascontiguousarray(curves)
         parts *= 2
 
 
-def _fitted(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _fit(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coefficients [..., DEGREE + 1, 3] through points [..., POINTS + 1, 3], and how far off [...].
 
     Ends are met exactly, so that movements chained have no gap between them.

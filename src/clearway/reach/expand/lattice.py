@@ -25,7 +25,7 @@ MOST_ATTITUDES = 5000
 MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
 APART_RAD = 1e-12
-"""Start pitches by which reach sets of classes of motion are told apart; all begin level."""
+"""Start pitches by which reach sets of classes of motion are distinguished; all begin level."""
 FEWEST_STANDING, MOST_STANDING = 3, 12
 """Movements that a trajectory may stand for."""
 
@@ -130,7 +130,7 @@ def build_lattice(
         for movement in automaton.movements:
             path = _path(automaton, movement, roll, pitch, steps)
             reached = -1
-            if automaton.allowed([0.0, 0.0, 0.0, roll, pitch, 0.0], movement, last):
+            if automaton.is_allowed([0.0, 0.0, 0.0, roll, pitch, 0.0], movement, last):
                 reached = index_of(float(path[-1, 3]), float(path[-1, 4]), movement)
             row.append((reached, path))
         rows.append(row)

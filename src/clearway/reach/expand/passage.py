@@ -216,7 +216,7 @@ def _roots(
         if single or narrow:
             before, after = _beyond(a, kind, border, scaled), _beyond(b, kind, border, scaled)
             if before * after < 0.0:
-                search.crossings[count] = _bracketed(a, b, before, after, kind, border, scaled)
+                search.crossings[count] = _bracket(a, b, before, after, kind, border, scaled)
                 count += 1
                 continue
             if single and before != 0.0 and after != 0.0:
@@ -284,7 +284,7 @@ def _touches(
 
 
 @compiled
-def _bracketed(
+def _bracket(
     low: float,
     high: float,
     before: float,

@@ -12,7 +12,7 @@ from clearway.reach.expand.lattice import Lattice, LatticePieces, grid_from_leve
 from clearway.reach.expand.trace import end_place, exit_of
 
 
-def completed(
+def complete_buffers(
     buffers: ByteArray, lattice: Lattice, grid: AvoidanceGrid, start_pitch_rad: float
 ) -> ByteArray:
     """The buffers [n, deep], each cut where its trajectory is complete; each result once.

@@ -258,11 +258,11 @@ def _through_cells(
                 after = search.crossings[crossing] if crossing < number else 1.0
                 cell = cell_at(0.5 * (before + after), search, edges)
                 before = after
-                if cell >= 0 and not _passed(cell, n, filled, parent, cell_start, cells):
+                if cell >= 0 and not _has_passed(cell, n, filled, parent, cell_start, cells):
                     cells[filled] = cell
                     filled += 1
         place = end_place(origin, path, rotation, edges)
-        if place >= 0 and not _passed(place, n, filled, parent, cell_start, cells):
+        if place >= 0 and not _has_passed(place, n, filled, parent, cell_start, cells):
             cells[filled] = place
             filled += 1
         cell_start[n + 1] = filled
@@ -283,7 +283,7 @@ def exit_of(place: int, edges: GridEdges) -> int:
 
 
 @compiled
-def _passed(
+def _has_passed(
     cell: int, node: int, filled: int, parent: Int32s, start: Int32s, cells: Int32s
 ) -> bool:
     """Whether `node` so far, or an ancestor, has passed the cell."""

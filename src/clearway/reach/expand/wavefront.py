@@ -63,7 +63,7 @@ class Nodes:
         """[n] movements in the buffer."""
         return np.asarray(np.count_nonzero(self.buffers, axis=1), dtype=np.int64)
 
-    def picked(self, mask: BoolArray) -> Nodes:
+    def pick(self, mask: BoolArray) -> Nodes:
         return Nodes(
             self.position_m[mask],
             self.yaw_rad[mask],
@@ -72,7 +72,7 @@ class Nodes:
             self.buffers[mask],
         )
 
-    def joined(self, other: Nodes) -> Nodes:
+    def join(self, other: Nodes) -> Nodes:
         return Nodes(
             np.concatenate([self.position_m, other.position_m]),
             np.concatenate([self.yaw_rad, other.yaw_rad]),
@@ -105,13 +105,13 @@ def trajectories(
     for layer in range(-1, grid.layers - 1):
         here = _layer_of(waiting, grid) == layer
         # A buffer that is full before the last layer is not complete and leads nowhere.
-        front = waiting.picked(here & (waiting.depth < deep))
-        waiting = waiting.picked(~here)
+        front = waiting.pick(here & (waiting.depth < deep))
+        waiting = waiting.pick(~here)
         expanded = np.zeros(grid.cells + 1, dtype=np.int64)
         gone_beyond = bool(np.any(waiting.place != OUT_SIDE))
         while len(front):
             chosen = keep(_front(front, lattice, grid, start_pitch_rad, expanded))
-            going = front.picked(chosen)
+            going = front.pick(chosen)
             if not len(going):
                 if gone_beyond or not np.any(expanded):
                     break
@@ -128,10 +128,10 @@ def trajectories(
                 )
             at = _layer_of(children, grid)
             stay = (at == layer) & (children.depth < deep)
-            front = front.picked(~chosen).joined(children.picked(stay))
-            waiting = waiting.joined(children.picked(at > layer))
+            front = front.pick(~chosen).join(children.pick(stay))
+            waiting = waiting.join(children.pick(at > layer))
             gone_beyond |= bool(np.any((at > layer) & (children.place != OUT_SIDE)))
-    return waiting.picked((waiting.place != OUT_SIDE) | side_exits).buffers
+    return waiting.pick((waiting.place != OUT_SIDE) | side_exits).buffers
 
 
 def _root(lattice: Lattice, start_pitch_rad: float, deep: int) -> Nodes:

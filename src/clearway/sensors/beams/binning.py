@@ -2,8 +2,8 @@
 
 A point's azimuth is replaced by the pseudo-angle y / (|x| + |y|), unfolded over the four quadrants,
 and its elevation by the sine z / d. Both grow with their angle, so a table of equal steps says the
-column or row, but for the few steps that hold a border: there stand-ins are held against those of
-the borders, and within the tolerance of one the exact rule of `grid` decides.
+column or row, but for the few steps that hold a border: there stand-ins are checked against those
+of the borders, and within the tolerance of one the exact rule of `grid` decides.
 """
 
 from __future__ import annotations

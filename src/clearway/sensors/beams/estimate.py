@@ -60,7 +60,7 @@ def estimate_pattern(points_m: FloatArray) -> BeamPattern:
     ring_of = np.searchsorted(0.5 * (rings[1:] + rings[:-1]), elevation)
     step = _azimuth_step(azimuth, ring_of)
     azimuths, sector = _azimuths(azimuth, step)
-    known = _known_sensor(rings)
+    known = _find_known_sensor(rings)
     if known is None:
         name = f"estimated: {len(rings)} rings, azimuth step {np.degrees(step):.3g} deg, {sector}"
         return BeamPattern.from_angles(azimuths, rings, name=name, max_range_m=farthest)
@@ -124,7 +124,7 @@ def _sector(azimuth: FloatArray) -> tuple[float, float]:
     return float(ordered[(widest + 1) % len(ordered)]), float(2.0 * np.pi - gaps[widest])
 
 
-def _known_sensor(rings: FloatArray) -> BeamPattern | None:
+def _find_known_sensor(rings: FloatArray) -> BeamPattern | None:
     """The named pattern with the fewest lasers that has one at every ring."""
     matches = []
     for make in NAMED_PATTERNS.values():

@@ -12,7 +12,7 @@ from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.base.notebook import Marks, html_table, sketch_from_above
-from clearway.base.state import frozen_array
+from clearway.base.state import freeze_array
 from clearway.sensors.beams.pattern import BeamPattern
 from clearway.sensors.standing import FULL, Standing
 
@@ -37,11 +37,11 @@ class Mounting:
 
     def __post_init__(self) -> None:
         for name in ("position_m", "attitude_rad"):
-            values = frozen_array(getattr(self, name), (3,))
+            values = freeze_array(getattr(self, name), (3,))
             if not np.all(np.isfinite(values)):
                 raise ClearwayError(f"mounting: {name} must be three finite numbers")
             object.__setattr__(self, name, values)
-        rotation = frozen_array(world_from_body(self.attitude_rad), (3, 3))
+        rotation = freeze_array(world_from_body(self.attitude_rad), (3, 3))
         object.__setattr__(self, "body_from_sensor", rotation)
         here = not self.position_m.any() and not self.attitude_rad.any()
         object.__setattr__(self, "is_body_frame", here)

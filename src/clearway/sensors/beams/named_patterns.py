@@ -76,7 +76,7 @@ NAMED_PATTERNS: dict[str, Callable[[], BeamPattern]] = {
 }
 
 
-def named_pattern(name: str) -> BeamPattern:
+def find_pattern(name: str) -> BeamPattern:
     """The pattern of a known sensor; ClearwayError listing the names where there is none."""
     if name not in NAMED_PATTERNS:
         known, near = ", ".join(NAMED_PATTERNS), did_you_mean(name, NAMED_PATTERNS)

@@ -18,7 +18,7 @@ from clearway.base.checks import take_floats
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import frozen_array
+from clearway.base.state import freeze_array
 
 MOST_BEAMS = 5_000_000
 """Of a pattern."""
@@ -58,7 +58,7 @@ class BeamPattern:
                 f"got {np.size(self.elevation_rad)} and {count}"
             )
         for name in ("azimuth_rad", "elevation_rad"):
-            angles = frozen_array(np.ravel(getattr(self, name)), (count,))
+            angles = freeze_array(np.ravel(getattr(self, name)), (count,))
             if not np.all(np.isfinite(angles)):
                 raise ClearwayError(f"beam pattern {self.name}: {name} must be finite numbers")
             object.__setattr__(self, name, angles)

@@ -56,10 +56,10 @@ def beam_raster(pattern: BeamPattern) -> BeamRaster:
     low, high = np.full((columns, rows), np.inf), np.full((columns, rows), -np.inf)
     per_column, per_row = columns / 4.0, 1.0 / height
     _note_beams(pattern.directions, low, high, per_column, per_row, bottom)
-    return BeamRaster(low, high, _flanked(low < np.inf), per_column, per_row, bottom)
+    return BeamRaster(low, high, _find_flanked(low < np.inf), per_column, per_row, bottom)
 
 
-def _flanked(beams: BoolArray) -> BoolArray:
+def _find_flanked(beams: BoolArray) -> BoolArray:
     """[columns, rows] whether both neighbouring columns have beams in about the same row."""
     band = beams.copy()
     band[:, 1:] |= beams[:, :-1]

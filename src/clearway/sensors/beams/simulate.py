@@ -38,7 +38,9 @@ class Scanner(Protocol):
         ...
 
 
-def scanned(sensor: Lidar | Scanner, world: World, state: State, rng: np.random.Generator) -> Scan:
+def scan_world(
+    sensor: Lidar | Scanner, world: World, state: State, rng: np.random.Generator
+) -> Scan:
     """What a sensor returns from a state."""
     if isinstance(sensor, Lidar):
         return simulate_scan(sensor, world, state, rng)
@@ -63,7 +65,7 @@ def simulate_scan(
             return Scan(np.zeros((0, 3)), state.time_s, sensor=lidar.name)
         ranges = np.full(pattern.beams, np.inf)
     else:
-        directions = _turned(pattern.directions, read_only(rotation))
+        directions = _turn(pattern.directions, read_only(rotation))
         ranges = read_only(world.cast(origin, directions, pattern.max_range_m))
     if lidar.false_returns > 0.0:
         ranges = _with_false(lidar, ranges, rng)
@@ -95,7 +97,7 @@ def _meets_nothing(world: World, origin: FloatArray, max_range_m: float) -> bool
 
 
 @compiled
-def _turned(vectors: Floats2, rotation: Floats2) -> Floats2:
+def _turn(vectors: Floats2, rotation: Floats2) -> Floats2:
     """[n, 3] rotation [3, 3] of each of some vectors [n, 3]."""
     turned = np.empty((len(vectors), 3))
     for n in range(len(vectors)):

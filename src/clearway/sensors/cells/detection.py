@@ -18,10 +18,10 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray
 from clearway.base.variants import Variants
 from clearway.sensors.beams.lidar import Lidar, Scan
-from clearway.sensors.cells.placing import Ground, layers_within, placed_scan
+from clearway.sensors.cells.placing import Ground, layers_within, place_scan
 from clearway.sensors.cells.return_block import REASONS
-from clearway.sensors.cells.returns import kept_returns
-from clearway.sensors.cells.scan_cells import PlacedScan, compute_hit_share, detected_in
+from clearway.sensors.cells.returns import keep_returns
+from clearway.sensors.cells.scan_cells import PlacedScan, compute_hit_share, detect_cells
 from clearway.sensors.cells.visibility import surface_probability, visible_behind
 
 DetectionRule = str
@@ -80,11 +80,11 @@ class Detection:
         return getattr(self, name)
 
     def _of_returns(self, placed: PlacedScan) -> dict[str, Any]:
-        points_m, radius_m = kept_returns(placed.points_m, placed.filters)
+        points_m, radius_m = keep_returns(placed.points_m, placed.filters)
         return {"points_m": points_m, "radius_m": radius_m}
 
     def _of_cells(self, placed: PlacedScan) -> dict[str, Any]:
-        found, probability = detected_in(placed), self.to_probability
+        found, probability = detect_cells(placed), self.to_probability
         return {
             "hits": found.hits,
             "probability": found.share
@@ -113,7 +113,7 @@ class Detection:
         object.__setattr__(self, "placed", None)  # All is told, and may be other than a scan says.
 
     @classmethod
-    def trusted(cls, **values: object) -> Detection:
+    def trust(cls, **values: object) -> Detection:
         """One of values that need no checks, all of them by name."""
         detection = object.__new__(cls)
         for name, value in values.items():
@@ -126,7 +126,7 @@ class Detection:
         """The same with another weight."""
         names = [one.name for one in fields(self) if self.placed is None or one.name not in LATER]
         values = {name: getattr(self, name) for name in names}
-        return Detection.trusted(**values | {"weight": weight})
+        return Detection.trust(**values | {"weight": weight})
 
     @property
     def seen(self) -> BoolArray:
@@ -157,9 +157,9 @@ def detect(
     NaN, infinite, blind, too far, own-airframe and ground returns are counted, not binned.
     Raises ClearwayError for a rule that does not exist.
     """
-    hits_to_probability = RULES.named(rule)
-    placed = placed_scan(grid, lidar, scan, grid_from_body, ground)
-    return Detection.trusted(
+    hits_to_probability = RULES.find(rule)
+    placed = place_scan(grid, lidar, scan, grid_from_body, ground)
+    return Detection.trust(
         grid=grid,
         sensor=lidar.name,
         time_s=scan.time_s,
@@ -219,7 +219,7 @@ class Named(Protocol):
     def name(self) -> str: ...
 
 
-def unseen(grid: AvoidanceGrid, sensor: Named, time_s: float = -np.inf) -> Detection:
+def detect_nothing(grid: AvoidanceGrid, sensor: Named, time_s: float = -np.inf) -> Detection:
     """What a sensor that gave no reading says: no beam looks anywhere, so nothing is visible."""
     zeros = np.zeros(grid.cells)
     return Detection(

@@ -30,7 +30,7 @@ def inflate_points(grid: AvoidanceGrid, points_m: FloatArray, radius_m: npt.Arra
     if not len(points_m):
         return np.zeros(grid.cells, dtype=np.bool_)
     points = read_only(points_m)
-    return coated_by(points, _radii(radius_m, len(points)), grid.edges)
+    return find_inflated_cells(points, _radii(radius_m, len(points)), grid.edges)
 
 
 def thin_points(
@@ -53,7 +53,7 @@ def _radii(radius_m: npt.ArrayLike, count: int) -> FloatArray:
 
 
 @compiled
-def coated_by(points: Floats2, radii: Floats, edges: GridEdges) -> Bools:
+def find_inflated_cells(points: Floats2, radii: Floats, edges: GridEdges) -> Bools:
     """[cells] cells that meet any ball of a radius [m] around a point [m, 3]."""
     columns, rows = len(edges.azimuth_rad) - 1, len(edges.elevation_rad) - 1
     layers = len(edges.range_m) - 1

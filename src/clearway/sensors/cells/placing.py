@@ -11,7 +11,7 @@ import numpy as np
 from clearway.base.compiled import read_only
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
-from clearway.base.state import State, frozen_array
+from clearway.base.state import State, freeze_array
 from clearway.sensors.beams.binning import cell_tables, count_beams
 from clearway.sensors.beams.lidar import Lidar, Scan
 from clearway.sensors.cells.return_block import Filters
@@ -30,7 +30,7 @@ class Ground:
     """Roughness: returns up to this high above the plane still count as ground."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "up", frozen_array(self.up, (3,)))
+        object.__setattr__(self, "up", freeze_array(self.up, (3,)))
 
     @classmethod
     def at_height(cls, state: State, height_m: float, clearance_m: float = 0.3) -> Ground:
@@ -40,10 +40,10 @@ class Ground:
 
 
 NO_GROUND = Ground(np.array([0.0, 0.0, 1.0]), -np.inf)
-IDENTITY = (frozen_array(np.eye(3), (3, 3)), frozen_array(np.zeros(3), (3,)))
+IDENTITY = (freeze_array(np.eye(3), (3, 3)), freeze_array(np.zeros(3), (3,)))
 
 
-def placed_scan(
+def place_scan(
     grid: AvoidanceGrid,
     lidar: Lidar,
     scan: Scan,
@@ -89,7 +89,7 @@ _at_scan: WeakKeyDictionary[Lidar, Filters] = WeakKeyDictionary()
 
 
 def _filters_at_scan(lidar: Lidar) -> Filters:
-    """Where nothing has moved since the scan, and no ground is told."""
+    """Where nothing has moved since the scan, and no ground is reported."""
     found = _at_scan.get(lidar)
     if found is None:
         found = _at_scan[lidar] = _filters(lidar, IDENTITY, NO_GROUND)

@@ -70,7 +70,7 @@ def bin_returns(points: Floats2, filters: Filters, tables: CellTables) -> Binned
     hits, ground = np.zeros(cells + 1, dtype=np.int64), np.zeros(cells + 1, dtype=np.int64)
     squared_ranges, blocked = np.zeros(cells + 1), np.zeros(columns + 1, dtype=np.int64)
     counts = np.zeros(len(REASONS), dtype=np.int64)
-    block, culled = new_block(), _culled_m(filters, edges.range_m[-1]) ** 2
+    block, culled = new_block(), _bound_range_m(filters, edges.range_m[-1]) ** 2
     flat = points.reshape(points.size)
     for start in range(0, len(points), BLOCK):
         part = flat[3 * start : 3 * (start + BLOCK)]
@@ -103,7 +103,7 @@ def bin_returns(points: Floats2, filters: Filters, tables: CellTables) -> Binned
 
 
 @compiled
-def _culled_m(filters: Filters, range_m: float) -> float:
+def _bound_range_m(filters: Filters, range_m: float) -> float:
     """Range from the sensor beyond which nothing is in the grid, blind or the own airframe."""
     o, e = filters.origin, filters.body
     from_grid = np.sqrt(o[0] ** 2 + o[1] ** 2 + o[2] ** 2)
@@ -113,7 +113,7 @@ def _culled_m(filters: Filters, range_m: float) -> float:
 
 
 @compiled
-def kept_returns(points: Floats2, filters: Filters) -> tuple[Floats2, Floats]:
+def keep_returns(points: Floats2, filters: Filters) -> tuple[Floats2, Floats]:
     """[kept, 3] grid frame and [kept] half the beam spacing there, of the returns that
     `bin_returns` keeps, also those outside the grid."""
     kept, radius = np.empty((len(points), 3)), np.empty(len(points))

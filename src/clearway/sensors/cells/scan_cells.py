@@ -51,7 +51,7 @@ class DetectedCells(NamedTuple):
 
 
 @compiled
-def detected_in(scan: PlacedScan) -> DetectedCells:
+def detect_cells(scan: PlacedScan) -> DetectedCells:
     """From the returns of a scan to what it says of the cells."""
     beams = scan.beams
     found = bin_returns(scan.points_m, scan.filters, scan.tables)  # (5.40)

@@ -46,7 +46,7 @@ def swipe_area_m2(
     return float(range_m**2 * (np.sin(elevation_rad[1]) - np.sin(elevation_rad[0])) * span)
 
 
-def expected_hits(
+def compute_expected_hits(
     points_per_swipe: float, object_area_m2: float, cell_area_m2: float, swipe_area_m2: float
 ) -> float:
     """Hits on an object in a cell, eq. (5.45): a count, for the swipe whose area is given.

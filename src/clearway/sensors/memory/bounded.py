@@ -99,7 +99,7 @@ def make_room(boxes: Boxes, center: Floats, limits: Limits) -> Room:
     fine, leaves = min(fine_m, reach), limits.leaves * capacity
     while fine > LEAST_FINE * reach and _coarse_count(boxes, away, fine, voxel) > leaves:
         fine *= FINER
-    coarse = _coarsened(boxes, away, fine, voxel)
+    coarse = _coarsen(boxes, away, fine, voxel)
     return Room(coarse, fine, dropped, len(away) - len(coarse.doubt))
 
 
@@ -135,8 +135,8 @@ def _coarse_count(boxes: Boxes, away: Floats, fine: float, voxel: float) -> int:
 
 
 @compiled
-def _coarsened(boxes: Boxes, away: Floats, fine: float, voxel: float) -> Boxes:
-    """One box per voxel of the pitch that suits its distance, the longest unseen first."""
+def _coarsen(boxes: Boxes, away: Floats, fine: float, voxel: float) -> Boxes:
+    """One box per voxel of the pitch that suits its distance, the longest unobserved first."""
     bits = table_bits(len(away))
     shift = 64 - bits
     keys = np.full(1 << bits, -1, dtype=np.int64)

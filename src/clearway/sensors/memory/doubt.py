@@ -71,7 +71,7 @@ def doubts(
 ) -> Floats:
     """[n] doubt of each box after a sweep; from 1 on it is cleared.
 
-    again: [n] `remembered.seen_again`; what the sweep has hit again is not asked for, but for lone
+    again: [n] `match_boxes_seen`; what the sweep has hit again is not asked for, but for lone
     returns, of which the false ones are counted. nearest: [columns, rows]
     `passing.nearest_returns` of the sweep. before: the sensor at the sweep before.
     """
@@ -103,7 +103,7 @@ def _add_doubts(
         looked_at = _look_at(boxes, begin, end, sensor, raster, room)
         for m in range(looked_at):
             n, at = begin + room.which[m], room.which[m]
-            doubt[n] += _said_against(
+            doubt[n] += _weigh_against(
                 boxes, n, again[n] >= 0, room, at, nearest, sensor, before, raster, rule
             )
 
@@ -146,7 +146,7 @@ def _look_at(
 
 
 @compiled
-def _said_against(
+def _weigh_against(
     boxes: Boxes,
     n: int,
     hit: bool,
@@ -180,7 +180,7 @@ def _said_against(
     px = 0.5 * (boxes.low_m[n, 0] + boxes.high_m[n, 0])
     py = 0.5 * (boxes.low_m[n, 1] + boxes.high_m[n, 1])
     pz = 0.5 * (boxes.low_m[n, 2] + boxes.high_m[n, 2])
-    turned = _turned(px, py, pz, x, y, z, distance, before)
+    turned = _measure_turn(px, py, pz, x, y, z, distance, before)
     likely = rule.smallest_m / apart
     return float(likely * min(1.0, turned / spacing) / HITS_MISSED)
 
@@ -199,7 +199,7 @@ def _beyond(boxes: Boxes, n: int, distance: float, sensor: Sensor, rule: DoubtRu
 
 
 @compiled
-def _turned(
+def _measure_turn(
     px: float, py: float, pz: float, x: float, y: float, z: float, distance: float, before: Sensor
 ) -> float:
     """Angle between the directions to a point at this sweep and the one before, sensor frame."""

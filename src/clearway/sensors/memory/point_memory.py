@@ -32,9 +32,9 @@ from clearway.sensors.memory.remembered import (
     no_boxes,
     pick_boxes,
 )
-from clearway.sensors.memory.sweep import Swept, nearest_with, remember_sweep, swept_by
-from clearway.sensors.memory.swept_boxes import boxes_of_returns, seen_again
-from clearway.sensors.memory.uncertain import radii_unsure, turned_by
+from clearway.sensors.memory.sweep import Swept, nearest_with, remember_sweep, sweep_returns
+from clearway.sensors.memory.swept_boxes import boxes_of_returns, match_boxes_seen
+from clearway.sensors.memory.uncertain import radii_unsure, turn_by_doubt
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.passing.width import returns_with_size
 
@@ -56,7 +56,8 @@ a lone return is more likely a drop than a thing: then a second sweep has to see
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointMemory:
-    """Remembered hit points: at most one ball per voxel of the world, the longest unseen first."""
+    """Remembered hit points: at most one ball per voxel of the world, the longest unobserved
+    first."""
 
     voxel_m: float
     horizon_s: float
@@ -223,7 +224,7 @@ def update_memory(
     if angle_rad <= 0.0:
         limits = _limits(memory, scan.time_s, noise)
         rule, remembered = memory.rule, (memory.boxes, memory.balls)
-        too_small, swept = swept_by(
+        too_small, swept = sweep_returns(
             scan.points_m, hiding_m, *remembered, sensor, before, raster, rule, limits, ground
         )
         return _after(memory, swept, sensor, too_small)
@@ -233,7 +234,7 @@ def update_memory(
     radii = read_only(radii_unsure(seen.points_m, seen.radius_m, state, angle_rad))
     pitch, points = Pitch(memory.voxel_m, memory.fine_m), read_only(seen.points_m)
     boxes = boxes_of_returns(points, radii, seen.size_m, sensor.origin, pitch, float(scan.time_s))
-    again = seen_again(memory.boxes, boxes, memory.voxel_m)
+    again = match_boxes_seen(memory.boxes, boxes, memory.voxel_m)
     nearest = nearest_with(directions.nearest_m, hiding_m, raster)
     doubt = [
         doubts(
@@ -245,7 +246,7 @@ def update_memory(
             raster,
             memory.rule,
         )
-        for turned in turned_by(state, angle_rad)
+        for turned in turn_by_doubt(state, angle_rad)
     ]
     remembering = replace(memory, seen_from=sensor, too_small=seen.too_small)
     return remember(remembering, boxes, np.min(doubt, axis=0), sensor.origin, scan.time_s, noise)
@@ -265,7 +266,7 @@ def remember(
     noise_m: by which returns may be off.
     """
     limits = _limits(memory, time_s, noise_m)
-    again = seen_again(memory.boxes, seen, memory.voxel_m)
+    again = match_boxes_seen(memory.boxes, seen, memory.voxel_m)
     origin = read_only(origin_m)
     swept = remember_sweep(memory.boxes, memory.balls, doubt, seen, again, origin, limits)
     return _after(memory, swept, memory.seen_from, memory.too_small)
@@ -302,9 +303,9 @@ def _after(
         balls=swept.balls,
         widest_m=memory.widest_m,
         fine_m=room.fine_m,
-        alone_a_sweep=_averaged(memory.alone_a_sweep, swept.alone),
-        refuted_a_sweep=_averaged(memory.refuted_a_sweep, swept.refuted),
-        borne_out_a_sweep=_averaged(memory.borne_out_a_sweep, swept.borne_out),
+        alone_a_sweep=_average(memory.alone_a_sweep, swept.alone),
+        refuted_a_sweep=_average(memory.refuted_a_sweep, swept.refuted),
+        borne_out_a_sweep=_average(memory.borne_out_a_sweep, swept.borne_out),
         seen_from=seen_from,
         dropped=room.dropped,
         merged=room.merged,
@@ -336,7 +337,7 @@ def forget_moved(
     return replace(memory, boxes=boxes, balls=balls_of(boxes, memory.lift_m))
 
 
-def _averaged(before: float, now: int) -> float:
+def _average(before: float, now: int) -> float:
     return RATE_KEPT * before + (1.0 - RATE_KEPT) * now
 
 

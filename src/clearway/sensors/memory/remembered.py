@@ -24,7 +24,7 @@ LEVEL_SHIFT = 60
 
 
 class Boxes(NamedTuple):
-    """Columns of what is remembered, the longest unseen first."""
+    """Columns of what is remembered, the longest unobserved first."""
 
     low_m: Floats2
     """[n, 3] world frame, lifted by what the memory says."""
@@ -126,7 +126,7 @@ def first_boxes(boxes: Boxes, count: int) -> Boxes:
 
 
 @compiled
-def doubted(boxes: Boxes, doubt: Floats) -> Boxes:
+def with_doubt(boxes: Boxes, doubt: Floats) -> Boxes:
     """The same with another doubt [n]."""
     return Boxes(
         boxes.low_m,
@@ -203,7 +203,7 @@ def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
 def merge_boxes(old: Boxes, doubt: Floats, seen: Boxes, again: Ints) -> tuple[Boxes, int]:
     """Old boxes that doubt leaves, then those seen now, which hold the old ones of their voxels.
 
-    Also how many there are of the former. doubt: [old]; again: [old] `seen_again`.
+    Also how many there are of the former. doubt: [old]; again: [old] `match_boxes_seen`.
     """
     both = empty_boxes(len(doubt) + len(seen.doubt))
     kept, total = _put_together(old, doubt, seen, again, both)
@@ -220,7 +220,7 @@ def _put_together(
     for n in range(len(doubt)):
         which[kept] = n  # Written always and passed over if it goes: no branch.
         kept += (again[n] < 0) & (doubt[n] < 1.0)
-    _copy_boxes(doubted(old, doubt), which[:kept], both, 0)
+    _copy_boxes(with_doubt(old, doubt), which[:kept], both, 0)
     _copy_boxes(seen, np.arange(len(seen.doubt)), both, kept)
     for n in range(len(again)):
         if again[n] >= 0:

@@ -44,7 +44,7 @@ from clearway.sensors.passing.lone_returns import (
 )
 from clearway.sensors.passing.passed_points import (
     Sensor,
-    passed_through,
+    find_passed_through,
     place_returns,
     sensor_at,
 )
@@ -56,7 +56,7 @@ SAME_THING_BEAMS = 2.0
 NOISE_OF_TWO = 1.25
 """Of the noise of one return, three standard deviations, by which two may differ."""
 NEVER_M = -1e9
-"""How far aside another return may lie of what is none."""
+"""How far to the side another return may lie of what is none."""
 RATE_KEPT = 0.8
 """Of the averages, from sweep to sweep."""
 RAINS, DRY = 3e-4, 1e-4
@@ -162,21 +162,21 @@ def sift(
     toward = (placed.points_m - sensor.origin) / np.maximum(placed.distance_m, TINY)[:, None]
     returns = OnBeams(placed.points_m, read_only(toward), wide_m)
     again, borne_out = mark_same(returns, sieve.waiting.returns, noise)
-    against = _contradicted(sieve.looked, placed.points_m, raster)
+    against = _find_contradicted(sieve.looked, placed.points_m, raster)
     # While nothing waits, only what is contradicted counts.
     asked = np.flatnonzero(~again if sieve.is_active or sieve.declared else against)
     balls = read_only(remembered.position_m), read_only(remembered.radius_m)
     known = mark_near_any(placed.points_m[asked], SAME_THING_BEAMS * apart_m[asked] + noise, *balls)
     new = asked[~known]
     share = len(new) / lidar.pattern.beams, np.count_nonzero(against[new]) / lidar.pattern.beams
-    sieve = _counted(sieve, *share, scan)
+    sieve = _count(sieve, *share, scan)
     looked = SweepBefore(sensor, directions.nearest_m, scan, lone[placed.source[new]])
     if not sieve.is_active:
         sieve = replace(sieve, held=0, waiting=NONE_WAIT, at_once=NO_BALLS)
         return replace(sieve, looked=looked._replace(held=looked.held[:0])), Sifted(
             scan, NO_RETURNS
         )
-    before = _corrected(sieve, borne_out, looked, raster)
+    before = _correct(sieve, borne_out, looked, raster)
     urgent = new[(placed.distance_m[new] <= near_m) & ~against[new]]
     kept = np.ones(len(scan.points_m), dtype=np.bool_)
     kept[looked.held] = False
@@ -187,19 +187,19 @@ def sift(
     return sieve, Sifted(counts, read_only(scan.points_m[looked.held]), before)
 
 
-def _contradicted(
+def _find_contradicted(
     looked: SweepBefore | None, places_m: FloatArray, raster: BeamRaster
 ) -> BoolArray:
     """[n] whether a sweep looked through places [n, 3]."""
     if looked is None or not len(places_m):
         return np.zeros(len(places_m), dtype=np.bool_)
     whatever_size = read_only(np.full(len(places_m), np.inf))
-    return passed_through(
+    return find_passed_through(
         read_only(places_m), whatever_size, looked.nearest_m, looked.sensor, raster
     )
 
 
-def _counted(sieve: RainSieve, alone: float, contradicted: float, scan: Scan) -> RainSieve:
+def _count(sieve: RainSieve, alone: float, contradicted: float, scan: Scan) -> RainSieve:
     """The sieve with its averages after a sweep, and whether returns wait by them."""
     against = sieve.contradicted + (1.0 - RATE_KEPT) * (contradicted - sieve.contradicted)
     if not (sieve.declared or against > (DRY if sieve.is_active else RAINS)):
@@ -217,7 +217,7 @@ def _counted(sieve: RainSieve, alone: float, contradicted: float, scan: Scan) ->
     )
 
 
-def _corrected(
+def _correct(
     sieve: RainSieve, borne_out: BoolArray, now: SweepBefore, raster: BeamRaster
 ) -> Scan | None:
     """The sweep before without returns that nothing bears out, and through whose place beams have
@@ -227,7 +227,7 @@ def _corrected(
         return None
     latest = slice(len(borne_out) - len(before.held), None)
     places = sieve.waiting.returns.position_m[latest]
-    false = before.held[~borne_out[latest] & _contradicted(now, places, raster)]
+    false = before.held[~borne_out[latest] & _find_contradicted(now, places, raster)]
     return replace(before.scan, points_m=np.delete(before.scan.points_m, false, axis=0))
 
 

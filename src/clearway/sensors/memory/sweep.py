@@ -15,10 +15,10 @@ from clearway.sensors.memory.remembered import (
     Boxes,
     Pitch,
     balls_of,
-    doubted,
     merge_boxes,
+    with_doubt,
 )
-from clearway.sensors.memory.swept_boxes import found_again, numbered_boxes
+from clearway.sensors.memory.swept_boxes import match_numbered_boxes, number_boxes
 from clearway.sensors.memory.wires import join_lines
 from clearway.sensors.passing.passed_points import Sensor
 from clearway.sensors.passing.width import returns_with_size
@@ -35,7 +35,7 @@ class Swept(NamedTuple):
 
 
 @compiled
-def swept_by(
+def sweep_returns(
     points: Floats2,
     hiding: Floats2,
     boxes: Boxes,
@@ -54,10 +54,10 @@ def swept_by(
     directions = directions_of(points, raster)
     seen = returns_with_size(points, sensor, limits.reach_m, ground, directions, limits.smallest_m)
     pitch = Pitch(limits.voxel_m, limits.fine_m)
-    new, table = numbered_boxes(
+    new, table = number_boxes(
         seen.points_m, seen.radius_m, seen.size_m, sensor.origin, pitch, limits.time_s
     )
-    again = found_again(boxes, table, limits.voxel_m)
+    again = match_numbered_boxes(boxes, table, limits.voxel_m)
     nearest = nearest_with(directions.nearest_m, hiding, raster)
     doubt = doubts(boxes, again, nearest, sensor, before, raster, rule)
     return seen.too_small, remember_sweep(boxes, balls, doubt, new, again, sensor.origin, limits)
@@ -91,7 +91,7 @@ def remember_sweep(
     _expire(before, doubt, origin, limits.reach_m, limits.oldest_s)
     if len(seen.doubt) + _count_cleared(doubt) == 0 and fits(before, limits):
         # Nothing comes, nothing goes: but for doubt all is as it was.
-        return Swept(Room(doubted(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
+        return Swept(Room(with_doubt(before, doubt), limits.fine_m, 0, 0), balls, refuted, 0, 0)
     both, kept = merge_boxes(before, doubt, seen, again)
     boxes = join_lines(both, kept, limits.voxel_m, limits.deviation_m, limits.time_s)
     alone, borne_out = _count_bare(boxes, kept, 1), _count_bare(boxes, kept, 2)

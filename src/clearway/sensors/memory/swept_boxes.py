@@ -58,11 +58,11 @@ def boxes_of_returns(
 
     radii: [m] half the beam spacing. sizes: [m] how thick the thing is at least, 0 where unknown.
     """
-    return numbered_boxes(points, radii, sizes, origin, pitch, time_s)[0]
+    return number_boxes(points, radii, sizes, origin, pitch, time_s)[0]
 
 
 @compiled
-def numbered_boxes(
+def number_boxes(
     points: Floats2,
     radii: Floats,
     sizes: Floats,
@@ -73,7 +73,7 @@ def numbered_boxes(
     """`boxes_of_returns`, and which voxel is whose."""
     keys, numbers = np.empty(len(points), dtype=np.int64), np.empty(len(points), dtype=np.int32)
     _keys_of(points, origin, pitch, keys)
-    table = _numbered(keys, numbers)
+    table = _number_in_order(keys, numbers)
     boxes = empty_boxes(len(table.keys))
     boxes.low_m[:], boxes.high_m[:] = np.inf, -np.inf
     boxes.spacing_m[:], boxes.size_m[:] = 0.0, 0.0
@@ -102,7 +102,7 @@ def _keys_of(points: Floats2, origin: Floats, pitch: Pitch, keys: Ints) -> None:
 
 
 @compiled
-def _numbered(keys: Ints, numbers: Int32s) -> VoxelNumbers:
+def _number_in_order(keys: Ints, numbers: Int32s) -> VoxelNumbers:
     """The table of voxels in the order in which they first come; numbers: [m] filled in."""
     own = np.empty(len(keys), dtype=np.int64)
     bits, begin, count = SMALLEST_TABLE, 0, 0
@@ -167,7 +167,7 @@ def _grow(points: Floats2, radii: Floats, sizes: Floats, numbers: Int32s, boxes:
 
 
 @compiled
-def seen_again(old: Boxes, seen: Boxes, voxel: float) -> Ints:
+def match_boxes_seen(old: Boxes, seen: Boxes, voxel: float) -> Ints:
     """[old] number of the box seen now in the same voxel; -1 without any."""
     count = len(seen.doubt)
     keys, bits = np.empty(count, dtype=np.int64), SMALLEST_TABLE
@@ -176,12 +176,12 @@ def seen_again(old: Boxes, seen: Boxes, voxel: float) -> Ints:
         bits += GROWTH
     table = VoxelNumbers(np.full(1 << bits, -1, dtype=np.int32), keys, 64 - bits)
     _enter(count, table)
-    return found_again(old, table, voxel)
+    return match_numbered_boxes(old, table, voxel)
 
 
 @compiled
-def found_again(old: Boxes, table: VoxelNumbers, voxel: float) -> Ints:
-    """`seen_again` of boxes whose voxels are in a table."""
+def match_numbered_boxes(old: Boxes, table: VoxelNumbers, voxel: float) -> Ints:
+    """`match_boxes_seen` of boxes whose voxels are in a table."""
     again = np.full(len(old.doubt), -1, dtype=np.int64)
     if len(table.keys) > 0:
         _keys_of_boxes(old, voxel, again)

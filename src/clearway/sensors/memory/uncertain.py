@@ -32,7 +32,7 @@ def radii_unsure(
     return np.asarray(radii_m + slope_of(angle_rad) * away_m)
 
 
-def turned_by(state: State, angle_rad: float) -> list[State]:
+def turn_by_doubt(state: State, angle_rad: float) -> list[State]:
     """The state, and those of attitudes off by an angle either way in pitch and in yaw."""
     if angle_rad <= 0.0:
         return [state]

@@ -25,7 +25,7 @@ class Table(NamedTuple):
 
 
 @compiled
-def filled_between(
+def fill_between(
     boxes: Boxes, middles: Floats2, pairs: Ints2, voxel: float, time_s: float
 ) -> Boxes:
     """The boxes, then one per voxel that none is in between the middles of pairs."""

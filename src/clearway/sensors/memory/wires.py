@@ -13,7 +13,7 @@ import numpy as np
 from clearway.base.arrays import Bools, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.sensors.memory.remembered import BETWEEN, IN_LINE, Boxes, box_key, key_of
-from clearway.sensors.memory.wire_gaps import filled_between
+from clearway.sensors.memory.wire_gaps import fill_between
 from clearway.sensors.voxels import slot_of, table_bits
 
 GAP = 20.0
@@ -110,7 +110,7 @@ def join_lines(
                 pairs[count, 0], pairs[count, 1] = n, other
                 count += 1
     boxes.kind[:] = lined
-    return filled_between(boxes, middles, pairs[:count], voxel, time_s) if count else boxes
+    return fill_between(boxes, middles, pairs[:count], voxel, time_s) if count else boxes
 
 
 @compiled

@@ -136,7 +136,8 @@ def _mark_columns(
 def _row_goes_on(
     x: float, y: float, sine: float, beyond: float, aside: float, views: RangeViews, slot: int
 ) -> bool:
-    """Whether all beams about a direction go on, as far aside as a voxel is wide and the guard.
+    """Whether all beams about a direction go on, as far to the side as a voxel is wide and the
+    guard.
 
     aside: sine of half the voxel's width.
     """

@@ -132,7 +132,7 @@ def nearest_about(views: RangeViews, slot: int) -> Int16s:
 
 @compiled
 def _keep_nearer(into: Int16s, at: int, image: Int16s, beside: int, columns: int, by: int) -> None:
-    """Take what is less in a row so many columns aside, as far as there are any."""
+    """Take what is less in a row so many columns to the side, as far as there are any."""
     for j in range(max(-by, 0), columns - max(by, 0)):
         here, there = np.uint64(at + j), np.uint64(beside + by + j)
         into[here] = min(into[here], image[there])

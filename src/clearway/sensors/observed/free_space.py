@@ -1,8 +1,8 @@
 """Space that was seen to be free, remembered as one flies: voxels that beams crossed, range views.
 
-What stands somewhere and what is known to be free there are two things: between them lies what
-nobody has looked at. A vehicle that cannot stop is safe only on ways through space that is known to
-be free (the free spaces of section 3.5), so whatever is not marked here counts as occupied.
+What stands somewhere and what is known to be free there are two things: between them lies
+unobserved space. A vehicle that cannot stop is safe only on ways through space that is known to be
+free (the free spaces of section 3.5), so whatever is not marked here counts as occupied.
 
 A beam clears what lies before its return, and a beam without return as far as the sensor would
 have seen the darkest target; none clears anything from where the smallest object may hide between
@@ -50,7 +50,7 @@ from clearway.sensors.observed.kept_views import KeptViews
 from clearway.sensors.observed.seen_space import SeenSpace
 from clearway.sensors.observed.view_shape import view_shape
 from clearway.sensors.passing.passed_points import Sensor, sensor_at
-from clearway.sensors.range_sensor import LidarSensor, RangeSensor, passed_by
+from clearway.sensors.range_sensor import LidarSensor, RangeSensor, find_passed
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
 MOST_ASKED, MOST_STEPS = 20_000, 48
@@ -138,7 +138,7 @@ class FreeSpace:
         self._declared, self._seen = (start_m, start_free_m), None
 
     def forget(self) -> None:
-        """All that was seen; after the own place has jumped, nobody knows where that lies."""
+        """All that was seen; after the own position has jumped, nobody knows where that lies."""
         self._free[:] = 0
         self._whole = NO_VOXELS
         self._kept.forget()
@@ -227,7 +227,7 @@ class FreeSpace:
         half = np.full(len(unseen), HALF_DIAGONAL * self._voxel_m)
         beyond = self._voxel_m + tolerance_m + 3.0 * sensor.sigma_m
         places = np.asarray((about[unseen] + 0.5) * self._voxel_m, dtype=np.float64)
-        passed = unseen[passed_by(sensor, scan, state, places, half, beyond)]
+        passed = unseen[find_passed(sensor, scan, state, places, half, beyond)]
         for voxels in (whole, self._free):
             np.bitwise_or.at(voxels, (a[passed], b[passed], word[passed]), bit[passed])
 

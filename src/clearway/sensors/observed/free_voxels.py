@@ -1,7 +1,7 @@
 """Voxels in a window of the world, a bit for each.
 
 Sixty-four voxels above each other share a word, so that what is looked at at one decision stays in
-the processor's cache, and most columns of a box are told by one look.
+the processor's cache, and most columns of a box are decided by one look.
 """
 
 from __future__ import annotations
@@ -135,13 +135,13 @@ def _all_declared(
     """Whether those of `count` voxels above each other that are missing are declared free."""
     for n in range(count):
         bit = np.uint64((at & (WORD - 1)) + n)
-        if (missing >> bit) & ONE and not _declared(window, a, b, c + n):
+        if (missing >> bit) & ONE and not _is_declared(window, a, b, c + n):
             return False
     return True
 
 
 @compiled
-def _declared(window: Floats, a: int, b: int, c: int) -> bool:
+def _is_declared(window: Floats, a: int, b: int, c: int) -> bool:
     """Whether a voxel lies in the ball that the mission declares free, or in the mapped box."""
     width = 1.0 / window[3]
     x0, y0, z0 = a * width, b * width, c * width

@@ -2,7 +2,7 @@
 
 A ball is free if it lies in what is declared free, if all voxels that it meets are known to be free
 from end to end, or if one range view shows all of it. Views are asked last, and only where a voxel
-notes that a beam went by: thousands of places are looked up at a decision, most in vain.
+notes that a beam went by: thousands of places are looked up at a decision, most without success.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ def _clusters(points: Floats2, half_spacing: Floats, origin: Floats, gap: float)
     reach = np.zeros(voxels)
     for n in range(len(points)):
         reach[voxel_of[n]] = max(reach[voxel_of[n]], half_spacing[n])
-    group = _connected(means, reach, gap)
+    group = _connect(means, reach, gap)
     numbers = np.full(voxels, -1, dtype=np.int64)
     count = 0
     for v in range(voxels):
@@ -91,7 +91,7 @@ def _clusters(points: Floats2, half_spacing: Floats, origin: Floats, gap: float)
 
 
 @compiled
-def _connected(places: Floats2, reach: Floats, gap: float) -> Ints:
+def _connect(places: Floats2, reach: Floats, gap: float) -> Ints:
     """[n] a member that stands for the connected group of each place.
 
     By a sweep along the axis on which the places lie farthest apart.

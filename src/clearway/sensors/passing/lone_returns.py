@@ -105,8 +105,8 @@ class OnBeams(NamedTuple):
     toward: Floats2
     """[n, 3] direction from the sensor, of length 1."""
     wide_m: Floats
-    """[n] what each adds to how far aside another return of the same thing may lie; far below 0
-    where there is none."""
+    """[n] what each adds to how far to the side another return of the same thing may lie; far below
+    0 where there is none."""
 
 
 @compiled
@@ -114,8 +114,8 @@ def mark_same(now: OnBeams, then: OnBeams, noise: float) -> tuple[Bools, Bools]:
     """[n] of returns and [k] of earlier ones whether there is one among the others that may be of
     the same small thing.
 
-    noise: by which ranges may differ (m): along the beams. Aside, only beam spacings count, which
-    near the sensor are much less.
+    noise: by which ranges may differ (m): along the beams. To the side, only beam spacings count,
+    which near the sensor are much less.
     """
     again = np.zeros(len(now.wide_m), dtype=np.bool_)
     borne_out = np.zeros(len(then.wide_m), dtype=np.bool_)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints
-from clearway.base.compiled import compiled, sealed
+from clearway.base.compiled import compiled, seal
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.sensors.beams.binning import TINY
@@ -46,8 +46,8 @@ def sensor_at(lidar: Lidar, state: State, tolerance_m: float) -> Sensor:
     rotation, origin = sensor_pose(lidar, state)
     pattern = lidar.pattern
     return Sensor(
-        sealed(rotation),
-        sealed(origin),
+        seal(rotation),
+        seal(origin),
         state.position_m,
         float(pattern.min_range_m),
         float(min(pattern.max_range_m, 1e30)),
@@ -120,7 +120,7 @@ def returns_in_world(
 
 
 @compiled
-def passed_through(
+def find_passed_through(
     positions: Floats2,
     radii: Floats,
     nearest: Floats2,
@@ -180,11 +180,11 @@ def goes_on(
         or high[column, row - 1] + slack >= sine
         or low[column, row + 1] - slack <= sine
     )
-    return looks_here and _passed(column, row, sine, beyond, nearest)
+    return looks_here and _is_passed(column, row, sine, beyond, nearest)
 
 
 @compiled
-def _passed(column: int, row: int, sine: float, beyond: float, nearest: Floats2) -> bool:
+def _is_passed(column: int, row: int, sine: float, beyond: float, nearest: Floats2) -> bool:
     """Whether all beams around a direction go on beyond a range."""
     columns = nearest.shape[0]
     cosine = np.sqrt(max(0.0, 1.0 - sine * sine))

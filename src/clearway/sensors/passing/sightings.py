@@ -15,7 +15,7 @@ from clearway.sensors.passing.clusters import cluster_returns
 from clearway.sensors.passing.passed_points import (
     REACH_OF_BEAM,
     Sensor,
-    passed_through,
+    find_passed_through,
     returns_in_world,
     sensor_at,
 )
@@ -93,7 +93,7 @@ def sight_bodies(
 ) -> list[Sighting]:
     """Clusters of at least so many returns that are neither too large nor too thin to follow.
 
-    largest_m: greatest half width. What is thinner than the beam spacing is hit by turns here and
+    largest_m: greatest half width. What is thinner than the beam spacing is hit in turn here and
     there along it, as if it moved: wires are left to memory.
     """
     sensor = frame.sensor
@@ -133,7 +133,7 @@ def sight_bodies(
 def share_passed(frame: BeamFrame, sighting: Sighting) -> float:
     """Share of a sighting's returns where the beams of another scan went on: where it was not."""
     count = len(sighting.points_m)
-    passed = passed_through(
+    passed = find_passed_through(
         read_only(sighting.points_m),
         read_only(np.full(count, sighting.half_thickness_m)),
         frame.nearest_m,
@@ -146,7 +146,7 @@ def share_passed(frame: BeamFrame, sighting: Sighting) -> float:
 def is_passed(frame: BeamFrame, place_m: FloatArray, radius_m: float) -> bool:
     """Whether the beams of a scan go on beyond a ball there: it is gone."""
     sensor = frame.sensor._replace(tolerance=frame.sensor.tolerance + radius_m)
-    passed = passed_through(
+    passed = find_passed_through(
         read_only(place_m[None, :]),
         read_only(np.full(1, radius_m)),
         frame.nearest_m,

@@ -26,7 +26,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.sensors.beams.lidar import Scan
-from clearway.sensors.range_sensor import RangeSensor, passed_by, returned_by
+from clearway.sensors.range_sensor import RangeSensor, find_passed, find_returns
 from clearway.sensors.standing import Standing
 
 LEAST = 8
@@ -36,7 +36,7 @@ REFUTED_SHARE = 0.5
 MOST = 200
 """Returns of a reading that are judged, evenly picked."""
 TOGETHER_S = 1.0
-"""Readings further apart in time are not held against each other."""
+"""Readings further apart in time are not checked against each other."""
 STEADY_S = 10.0
 """For so long after it was found steady a sensor counts as such."""
 LOWERED, RAISED = 0.7, 1.2
@@ -94,13 +94,13 @@ class Record:
     def is_steady(self, time_s: float) -> bool:
         return time_s - self.steady_s <= STEADY_S
 
-    def lowered(self) -> Record:
+    def lower(self) -> Record:
         trust = LOWERED * self.trust
         believed = self.believed and trust >= DOUBTED * self.standing.trust
         against = self.verdicts_against + 1
         return replace(self, trust=trust, believed=believed, verdicts_against=against)
 
-    def raised(self) -> Record:
+    def raise_credit(self) -> Record:
         trust = min(self.standing.trust, RAISED * self.trust)
         believed = self.believed or trust > BELIEVED * self.standing.trust
         return replace(self, trust=trust, believed=believed)
@@ -133,7 +133,7 @@ class Court:
         return self.records[name].believed
 
 
-def heard(
+def hear_reading(
     court: Court,
     sensors: Mapping[str, RangeSensor],
     scan: Scan,
@@ -148,14 +148,16 @@ def heard(
     records[sensor.name] = record = replace(records[sensor.name], latest=view)
     before = record.judged
     slack_m = SLACK * court.margin_m + sigmas * (state.position_std_m + 2.0 * sensor.sigma_m)
-    if before is not None and _moved_m(before.state, state) < max(court.margin_m, 2.0 * slack_m):
+    if before is not None and _measure_moved_m(before.state, state) < max(
+        court.margin_m, 2.0 * slack_m
+    ):
         return replace(court, records=records)
     now = _statement(sensor, view, court.reach_m, ground_m)
     doubted = None
     if before is not None:
-        record = _tested(record, sensor, view, before, slack_m)
+        record = _test(record, sensor, view, before, slack_m)
         haunted = record.doubted is not None and _mostly(
-            _judged(sensor, view, record.doubted, slack_m)
+            _judge(sensor, view, record.doubted, slack_m)
         )
         opinions = _opinions(court, sensors, records, view, now, sigmas)
         doubted = _part(now, opinions)
@@ -167,23 +169,23 @@ def heard(
     return replace(court, records=records)
 
 
-def _moved_m(before: State, now: State) -> float:
+def _measure_moved_m(before: State, now: State) -> float:
     return float(np.linalg.norm(now.position_m - before.position_m))
 
 
 def _statement(sensor: RangeSensor, view: View, reach_m: float, ground_m: float) -> Statement:
-    points, radii = returned_by(sensor, view.scan, view.state, reach_m, ground_m)
+    points, radii = find_returns(sensor, view.scan, view.state, reach_m, ground_m)
     pick = slice(None, None, 1 + len(points) // MOST)
     return Statement(
         view.state, np.ascontiguousarray(points[pick]), np.ascontiguousarray(radii[pick])
     )
 
 
-def _tested(
+def _test(
     record: Record, sensor: RangeSensor, view: View, before: Statement, slack_m: float
 ) -> Record:
     """The record after its sensor has looked again at what it stated before."""
-    refuted = _mostly(_judged(sensor, view, before, slack_m))
+    refuted = _mostly(_judge(sensor, view, before, slack_m))
     if refuted is None:
         return replace(record, steady=None)
     steady_s = record.steady_s if refuted else view.scan.time_s
@@ -199,12 +201,12 @@ class Opinion(NamedTuple):
     """[n]"""
 
 
-def _judged(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> Opinion:
+def _judge(witness: RangeSensor, view: View, accused: Statement, slack_m: float) -> Opinion:
     wide = accused.radius_m + slack_m
     nothing = replace(view.scan, points_m=np.zeros((0, 3)))
     balls = (view.state, accused.points_m, wide, slack_m)
-    looks = passed_by(witness, nothing, *balls)
-    passed = passed_by(witness, view.scan, *balls)
+    looks = find_passed(witness, nothing, *balls)
+    passed = find_passed(witness, view.scan, *balls)
     return Opinion(looks, looks & passed)
 
 
@@ -236,10 +238,10 @@ def _opinions(
             continue
         sigma = sensors[name].sigma_m + sensors[other].sigma_m
         slack_m = SLACK * court.margin_m + sigmas * (said.state.position_std_m + sigma)
-        opinion = _judged(sensors[other], view, now, slack_m)
+        opinion = _judge(sensors[other], view, now, slack_m)
         if np.count_nonzero(opinion.refuted) >= LEAST:
             reach_m = 2.0 * court.reach_m
-            seen, _ = returned_by(sensors[other], view.scan, view.state, reach_m, -np.inf)
+            seen, _ = find_returns(sensors[other], view.scan, view.state, reach_m, -np.inf)
             near_m = 2.0 * court.speed_mps * elapsed_s + slack_m
             moved = _near_any(now.points_m, seen, near_m)
             opinion = Opinion(opinion.looks, opinion.refuted & ~moved)
@@ -282,14 +284,14 @@ def _verdict(
     against = [other for other, opinion in opinions.items() if _mostly(opinion)]
     confirming = [other for other, opinion in opinions.items() if _mostly(opinion) is False]
     if haunted:
-        return {name: record.lowered()}
+        return {name: record.lower()}
     if not against:
-        return {name: record.raised()} if confirming and record.steady else {}
+        return {name: record.raise_credit()} if confirming and record.steady else {}
     steady = [other for other in against if records[other].is_steady(time_s)]
     own = record.weight + sum(records[other].weight for other in confirming)
     outvoted = sum(records[other].weight for other in steady) > own
     if outvoted or (record.steady is False and not confirming):
-        return {name: record.lowered()}
+        return {name: record.lower()}
     if record.steady:
-        return {other: records[other].lowered() for other in against if other not in steady}
+        return {other: records[other].lower() for other in against if other not in steady}
     return {}

@@ -3,7 +3,7 @@
 from clearway.sim.baselines.knowledge import NOT_APPLICABLE, REPORTED_TRAFFIC, Danger, Source
 from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.pilot import BaselineDecision, BaselinePilot
-from clearway.sim.baselines.registry import PLANNERS, known_planner, pilot_named
+from clearway.sim.baselines.registry import PLANNERS, check_planner_name, pilot_named
 from clearway.sim.pilot import CLEARWAY
 
 __all__ = [
@@ -19,6 +19,6 @@ __all__ = [
     "Manoeuvre",
     "ManoeuvreRule",
     "Source",
-    "known_planner",
+    "check_planner_name",
     "pilot_named",
 ]

@@ -15,14 +15,14 @@ import numpy as np
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.prepared import PreparedReachSet
 from clearway.avoidance.plan.situation import Situation
-from clearway.avoidance.rate.reach_rating import untouched
+from clearway.avoidance.rate.reach_rating import find_untouched
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.live.mission import Mode
 from clearway.reach.choose.select import tree_of
 from clearway.reach.expand.buffers import ByteArray
 from clearway.reach.expand.lattice import movements_deep
-from clearway.reach.expand.replay import completed
+from clearway.reach.expand.replay import complete_buffers
 from clearway.reach.sets import lattice_for
 from clearway.reach.tree import ReachSet
 from clearway.sensors import combine_detections
@@ -61,7 +61,7 @@ def full(craft: Craft) -> ManoeuvreRule:
     return rule
 
 
-def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
+def make_reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
     """As `deterministic`, with the reach set that clearway itself flies."""
 
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
@@ -73,24 +73,24 @@ def reduced(craft: Craft, closing_hits: int = CLOSING_HITS) -> ManoeuvreRule:
 
 def first_hit(craft: Craft) -> ManoeuvreRule:
     """As `deterministic-reduced`, closed from the first hit on: the most careful threshold."""
-    return reduced(craft, closing_hits=1)
+    return make_reduced(craft, closing_hits=1)
 
 
 def _cheapest_open(ways: Routes, situation: Situation, closing_hits: int) -> Manoeuvre:
     """The cheapest trajectory without a closed cell, else the one that comes farthest."""
-    closed = _closed(ways.prepared.reach_set.grid, situation, closing_hits)
-    open_nodes = untouched(ways.prepared.reach_set, closed)
+    closed = _find_closed(ways.prepared.reach_set.grid, situation, closing_hits)
+    open_nodes = find_untouched(ways.prepared.reach_set, closed)
     free = open_nodes[ways.nodes]
     if free.any():
         best = int(np.argmax(free))
         reason = f"{best} cheaper ways pass closed cells" if best else "the cheapest way is open"
         mode = Mode.AVOIDANCE if best else Mode.NAVIGATION
-        return ways.flown(int(ways.nodes[best]), reason, mode)
+        return ways.fly_to(int(ways.nodes[best]), reason, mode)
     farthest = max(ways.nodes, key=lambda node: _open_length(ways.prepared, open_nodes, node))
-    return ways.flown(int(farthest), "every way is closed; the one open longest", Mode.EMERGENCY)
+    return ways.fly_to(int(farthest), "every way is closed; the one open longest", Mode.EMERGENCY)
 
 
-def _closed(grid: AvoidanceGrid, situation: Situation, closing_hits: int) -> BoolArray:
+def _find_closed(grid: AvoidanceGrid, situation: Situation, closing_hits: int) -> BoolArray:
     """[cells] that enough beams ended in."""
     if not situation.detections:
         return np.zeros(grid.cells, dtype=np.bool_)
@@ -109,13 +109,14 @@ def _full_sets(planner: Planner) -> list[ReachSet]:
     pitches = automaton.start_pitches_rad
     lattice = lattice_for(automaton, grid, pitches, {})
     deep = movements_deep(automaton, grid)
-    buffers = _held_sequences(automaton, deep)
+    buffers = _list_held_sequences(automaton, deep)
     return [
-        tree_of(completed(buffers, lattice, grid, pitch), lattice, grid, pitch) for pitch in pitches
+        tree_of(complete_buffers(buffers, lattice, grid, pitch), lattice, grid, pitch)
+        for pitch in pitches
     ]
 
 
-def _held_sequences(automaton: MovementAutomaton, deep: int) -> ByteArray:
+def _list_held_sequences(automaton: MovementAutomaton, deep: int) -> ByteArray:
     """[sequences, deep] every sequence of the movements about one axis, held ever longer."""
     single = [index + 1 for index, m in enumerate(automaton.movements) if _about_one_axis(m)]
     ends = np.cumsum(HELD)

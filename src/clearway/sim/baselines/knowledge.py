@@ -34,8 +34,9 @@ WORDS: Mapping[Source, str] = {
 }
 
 
-def hidden_from(knows: Collection[Source], dangers: Iterable[Danger]) -> str:
-    """What is told of by sources that a planner does not know alone, in words; empty for nothing.
+def describe_hidden(knows: Collection[Source], dangers: Iterable[Danger]) -> str:
+    """What is reported of by sources that a planner does not know alone, in words; empty for
+    nothing.
 
     Dangers that nobody tells of are hidden from every planner, and count for all alike.
     """

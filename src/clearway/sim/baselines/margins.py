@@ -48,10 +48,10 @@ def _keep_away(planner: Planner, margin_m: float) -> ManoeuvreRule:
             best = int(np.argmax(kept))
             mode = Mode.AVOIDANCE if best else Mode.NAVIGATION
             reason = f"keeps {margin_m:.2f} m; {best} cheaper ways do not"
-            return ways.flown(int(ways.nodes[best]), reason, mode)
+            return ways.fly_to(int(ways.nodes[best]), reason, mode)
         coarse = np.round(measured[:, 0] / (0.01 * margin_m))
         best = int(np.lexsort((ways.cost_m, measured[:, 1], -coarse))[0])
         reason = f"nothing keeps {margin_m:.2f} m: turns away, {measured[best, 0]:.2f} m"
-        return ways.flown(int(ways.nodes[best]), reason, Mode.EMERGENCY)
+        return ways.fly_to(int(ways.nodes[best]), reason, Mode.EMERGENCY)
 
     return rule

@@ -40,7 +40,7 @@ class VoltageTuning:
     """Look-ahead in times that straight flight takes to the end of the grid."""
 
 
-def modified_voltage_potential(craft: Craft, tuning: VoltageTuning | None = None) -> ManoeuvreRule:
+def make_mvp(craft: Craft, tuning: VoltageTuning | None = None) -> ManoeuvreRule:
     """Modified voltage potential: the wished velocity, changed by the sum of all resolutions."""
     planner, tuning = craft.planner, tuning or VoltageTuning()
     spare_m = tuning.zone * planner.settings.safety_margin_m

@@ -1,4 +1,4 @@
-"""What is said beside tables of several planners: what they share, and what some cannot know."""
+"""What is stated beside tables of several planners: what they share, and what some cannot know."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from clearway.sim.baselines.registry import PLANNERS
 COMMON = "all fly the same vehicle, by the same readings and mission control"
 
 
-def shared(planners: Sequence[str]) -> list[str]:
+def list_shared_notes(planners: Sequence[str]) -> list[str]:
     """What planners have in common with clearway, a line for those that share the same."""
     if len(planners) < 2:
         return []

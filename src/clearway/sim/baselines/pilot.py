@@ -69,7 +69,8 @@ class BaselinePilot:
         return "the movement has ended" if ended else None
 
     def decide(self, now_s: float) -> BaselineDecision:
-        """Decide for the present moment; raises ClearwayError if no own state has come yet."""
+        """Decide for the present moment; raises ClearwayError if no own state estimate has come
+        yet."""
         situation, _ = self._knowledge.situation(now_s)
         self._last = self._rule(situation, self._last)
         movements = self.planner.automaton.chain(self._last.movements)
@@ -88,4 +89,4 @@ class BaselinePilot:
 
     def movement_at(self, time_s: float) -> Movement | None:
         """What to fly at a time, from the last decision on; None outside what it says."""
-        return self._buffer.held_from(time_s, TIME_TOLERANCE_S)
+        return self._buffer.find_held(time_s, TIME_TOLERANCE_S)

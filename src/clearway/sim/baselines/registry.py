@@ -14,11 +14,11 @@ from clearway.base.errors import OwnCodeError
 from clearway.base.own_code import callable_own, guard_call
 from clearway.base.variants import Variants
 from clearway.live import AvoidanceSystem
-from clearway.sim.baselines.deterministic import first_hit, full, reduced
-from clearway.sim.baselines.knowledge import EVERYTHING, NOTHING, Danger, Source, hidden_from
+from clearway.sim.baselines.deterministic import first_hit, full, make_reduced
+from clearway.sim.baselines.knowledge import EVERYTHING, NOTHING, Danger, Source, describe_hidden
 from clearway.sim.baselines.manoeuvre import Craft, MakeRule, Manoeuvre, ManoeuvreRule
 from clearway.sim.baselines.margins import adaptive, turn_back
-from clearway.sim.baselines.mvp import modified_voltage_potential
+from clearway.sim.baselines.mvp import make_mvp
 from clearway.sim.baselines.pilot import BaselinePilot
 from clearway.sim.baselines.potential_field import potential_field
 from clearway.sim.baselines.straight import straight
@@ -40,7 +40,7 @@ class KnownPlanner:
     shares: str = ""
     """What of clearway's decisions it uses; empty for nothing, and for clearway."""
     reference: bool = False
-    """Whether it avoids nothing on purpose: what others are held against."""
+    """Whether it avoids nothing on purpose: what others are checked against."""
 
     def __call__(self, system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
         return self.make(system, craft)
@@ -50,9 +50,9 @@ class KnownPlanner:
         """What it is, in a line."""
         return (getdoc(self.make) or "").partition("\n")[0]
 
-    def hidden(self, dangers: Iterable[Danger]) -> str:
+    def describe_hidden(self, dangers: Iterable[Danger]) -> str:
         """What of a flight it cannot know, in words; empty for nothing, and for a reference."""
-        return "" if self.reference else hidden_from(self.knows, dangers)
+        return "" if self.reference else describe_hidden(self.knows, dangers)
 
 
 def _clearway(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
@@ -61,7 +61,7 @@ def _clearway(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
     return system
 
 
-def _ruled(make: MakeRule) -> MakePilot:
+def _make_ruled(make: MakeRule) -> MakePilot:
     """Whoever flies by the rules that `make` makes, one for each craft."""
     rule_of = lru_cache(maxsize=8)(make)
 
@@ -80,12 +80,12 @@ def _own(label: str, found: Any) -> KnownPlanner:
     make = guard_call(label, callable_own(label, found, ("craft",)))
 
     def pilot(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
-        return BaselinePilot(system, _checked(label, make(craft), craft))
+        return BaselinePilot(system, _check(label, make(craft), craft))
 
-    return KnownPlanner(pilot, _declared(label, getattr(found, "knows", tuple(Source))))
+    return KnownPlanner(pilot, _read_declared(label, getattr(found, "knows", tuple(Source))))
 
 
-def _declared(label: str, knows: Any) -> frozenset[Source]:
+def _read_declared(label: str, knows: Any) -> frozenset[Source]:
     """The sources that a user's planner says it knows."""
     named = (knows,) if isinstance(knows, str) else knows
     valid_names = [str(source) for source in Source]
@@ -95,7 +95,7 @@ def _declared(label: str, knows: Any) -> frozenset[Source]:
     return frozenset(Source(name) for name in named)
 
 
-def _checked(label: str, found: Any, craft: Craft) -> ManoeuvreRule:
+def _check(label: str, found: Any, craft: Craft) -> ManoeuvreRule:
     """A user's rule; what is no manoeuvre of the vehicle is refused in flight."""
     said = f"{label}(craft)"
     asked = guard_call(said, callable_own(said, found, ("situation", "before")))
@@ -128,35 +128,37 @@ PLANNERS: Variants[KnownPlanner] = Variants(
     "planner",
     {
         CLEARWAY: KnownPlanner(_clearway),
-        "straight": KnownPlanner(_ruled(straight), NOTHING, COSTS, reference=True),
-        "deterministic": KnownPlanner(_ruled(full), HITS, "costs, and hits in its cells"),
-        "deterministic-reduced": KnownPlanner(_ruled(reduced), HITS, f"{COSTS}, hits in its cells"),
-        "deterministic-first-hit": KnownPlanner(
-            _ruled(first_hit), HITS, f"{COSTS}, hits in its cells"
+        "straight": KnownPlanner(_make_ruled(straight), NOTHING, COSTS, reference=True),
+        "deterministic": KnownPlanner(_make_ruled(full), HITS, "costs, and hits in its cells"),
+        "deterministic-reduced": KnownPlanner(
+            _make_ruled(make_reduced), HITS, f"{COSTS}, hits in its cells"
         ),
-        "potential-field": KnownPlanner(_ruled(potential_field), shares=GUIDANCE),
-        "turn-back": KnownPlanner(_ruled(turn_back), shares=VERIFICATION),
-        "adaptive": KnownPlanner(_ruled(adaptive), shares=VERIFICATION),
-        "vfh": KnownPlanner(_ruled(vector_field_histogram), shares=GUIDANCE),
-        "velocity-obstacle": KnownPlanner(_ruled(velocity_obstacle), shares=GUIDANCE),
-        "mvp": KnownPlanner(_ruled(modified_voltage_potential), shares=GUIDANCE),
+        "deterministic-first-hit": KnownPlanner(
+            _make_ruled(first_hit), HITS, f"{COSTS}, hits in its cells"
+        ),
+        "potential-field": KnownPlanner(_make_ruled(potential_field), shares=GUIDANCE),
+        "turn-back": KnownPlanner(_make_ruled(turn_back), shares=VERIFICATION),
+        "adaptive": KnownPlanner(_make_ruled(adaptive), shares=VERIFICATION),
+        "vfh": KnownPlanner(_make_ruled(vector_field_histogram), shares=GUIDANCE),
+        "velocity-obstacle": KnownPlanner(_make_ruled(velocity_obstacle), shares=GUIDANCE),
+        "mvp": KnownPlanner(_make_ruled(make_mvp), shares=GUIDANCE),
     },
     _own,
 )
 """Who may fly, by name; add one here."""
 
 
-def known_planner(name: str, folder: Path | None = None) -> str:
+def check_planner_name(name: str, folder: Path | None = None) -> str:
     """The name itself; raises ClearwayError listing the valid ones for any other.
 
     folder: where modules of users are looked for before the current one.
     """
-    PLANNERS.named(name, folder)
+    PLANNERS.find(name, folder)
     return name
 
 
 def pilot_named(
     name: str, system: AvoidanceSystem, craft: Craft, folder: Path | None = None
 ) -> Pilot[Steering]:
-    """Whoever flies by that name, a user's own as `module:name`. Errors as of `known_planner`."""
-    return PLANNERS.named(name, folder)(system, craft)
+    """Make the pilot of a planner's name, or of `module:name`; errors as `check_planner_name`."""
+    return PLANNERS.find(name, folder)(system, craft)

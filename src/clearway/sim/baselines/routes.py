@@ -33,7 +33,7 @@ class Routes:
     cost_m: FloatArray
     """[routes] ascending."""
 
-    def flown(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
+    def fly_to(self, node: int, reason: str, mode: Mode = Mode.NAVIGATION) -> Manoeuvre:
         """The manoeuvre that flies to a node."""
         return Manoeuvre(self.prepared.reach_set.movements_to(node), reason, mode)
 
@@ -41,8 +41,8 @@ class Routes:
 def routes(
     planner: Planner, situation: Situation, prepared: PreparedReachSet | None = None
 ) -> Routes:
-    """Price the trajectories of the planner's reach set at this pitch, or of a given one."""
-    prepared = prepared or planner.prepared_at(situation.state)
+    """Compute costs of the planner's trajectories at this pitch, or of a given reach set."""
+    prepared = prepared or planner.prepare_at(situation.state)
     reach_set = prepared.reach_set
     goal = goal_of(situation, stays_level=planner.automaton.stays_level)
     free = assess_cells(Evidence.free(reach_set.grid))

@@ -13,6 +13,6 @@ def straight(craft: Craft) -> ManoeuvreRule:
     def rule(situation: Situation, before: Manoeuvre | None) -> Manoeuvre:
         del before
         ways = routes(craft.planner, situation)
-        return ways.flown(int(ways.nodes[0]), f"cheapest way, {ways.cost_m[0]:.1f} m; blind")
+        return ways.fly_to(int(ways.nodes[0]), f"cheapest way, {ways.cost_m[0]:.1f} m; blind")
 
     return rule

@@ -33,7 +33,7 @@ APART = np.cos(np.radians(15.0))
 
 @dataclass(frozen=True, slots=True)
 class HistogramTuning:
-    """Set by hand, and held against others by `tools/tune_baselines.py`."""
+    """Set by hand, and checked against others by `tools/tune_baselines.py`."""
 
     spare: float = 0.3
     """Widening beyond the margin, in margins: what turning late costs."""
@@ -111,7 +111,7 @@ class _LookAhead:
         seen = self._histogram(place, balls, goal)
         cost = self._cost(seen.directions, goal, nose)
         cost += self.tuning.before * _angles(seen.directions, wished)
-        tried = self._tried(seen, cost)
+        tried = self._choose_tried(seen, cost)
         if len(tried) == 1 and seen.free_m[tried[0]] < FREE_SHARE * self.horizon_m:
             return seen.directions[tried[0]], float(seen.free_m[tried[0]])
         worth = [
@@ -131,7 +131,7 @@ class _LookAhead:
         steps: int,
     ) -> float:
         """Cost of the cheapest branch after a step towards a direction."""
-        turned = _turned(nose, direction, self.turn_rad)
+        turned = _turn(nose, direction, self.turn_rad)
         place = place + 0.5 * self.step_m * (nose + turned)
         way = target_m - place
         left = float(np.linalg.norm(way))
@@ -140,7 +140,7 @@ class _LookAhead:
         goal = way / left
         seen = self._histogram(place, balls, goal)
         cost = self._cost(seen.directions, goal, turned)
-        tried = self._tried(seen, cost)
+        tried = self._choose_tried(seen, cost)
         if len(tried) == 1 and seen.free_m[tried[0]] < FREE_SHARE * self.horizon_m:
             return float(np.pi)
         return min(
@@ -156,7 +156,7 @@ class _LookAhead:
     def _cost(self, directions: FloatArray, goal: FloatArray, nose: FloatArray) -> FloatArray:
         return _angles(directions, goal) + self.tuning.nose * _angles(directions, nose)
 
-    def _tried(self, seen: Histogram, cost: FloatArray) -> list[int]:
+    def _choose_tried(self, seen: Histogram, cost: FloatArray) -> list[int]:
         """The cheapest free directions, well apart; the freest one where none is free."""
         free = np.flatnonzero(seen.free_m >= FREE_SHARE * self.horizon_m)
         if not len(free):
@@ -175,7 +175,7 @@ def _angles(directions: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(np.arccos(np.clip(directions @ other, -1.0, 1.0)))
 
 
-def _turned(nose: FloatArray, direction: FloatArray, most_rad: float) -> FloatArray:
+def _turn(nose: FloatArray, direction: FloatArray, most_rad: float) -> FloatArray:
     """The nose [3] turned towards a direction [3], by no more than an angle."""
     angle = float(np.arccos(np.clip(nose @ direction, -1.0, 1.0)))
     if angle <= most_rad:

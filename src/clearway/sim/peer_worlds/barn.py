@@ -52,7 +52,7 @@ def barn(seed: int, fill: float | None = None, rounds: int | None = None) -> Mad
     corner = (near, -0.5 * width, 0.0)
     filled = _passable(rng, fill, rounds)
     tall = boxes_of(filled[:, :, None], (*corner[:2], 0.0), CELL_M)
-    parts = [_raised(box) for box in tall]
+    parts = [_raise(box) for box in tall]
     length, middle, height = WAY_M + 2.0 * BEHIND_M, 0.5 * WAY_M, 0.5 * WALL_TOP_M
     for side in (-0.5, 0.5):
         center = (middle, side * (width + SIDE_M), height)
@@ -64,7 +64,7 @@ def barn(seed: int, fill: float | None = None, rounds: int | None = None) -> Mad
     return MadeWorld(ObstacleMap(parts), mission, smallest_object_m=CELL_M)
 
 
-def _raised(box: Obstacle) -> Obstacle:
+def _raise(box: Obstacle) -> Obstacle:
     """Return a box of one cell's height as one that is too tall to fly over."""
     x, y, _ = box.position_m.tolist()
     length, width, _ = box.size_m

@@ -8,7 +8,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sim.mazes import maze_walls
 from clearway.sim.peer_worlds.cells import ground_under
-from clearway.sim.world_parts import MadeWorld, Span, drawn, leg, roomy
+from clearway.sim.world_parts import MadeWorld, Span, draw_between, leg, roomy
 
 AREA_M = (40.0, 20.0)
 """Where boxes stand: ahead of the start, and centred on the way across."""
@@ -35,7 +35,7 @@ def box_field(seed: int, boxes_per_m2: float = PER_M2) -> MadeWorld:
     parts = [ground_under((0.0, -0.5 * width), (length, 0.5 * width))]
     for number in range(round(boxes_per_m2 * length * width)):
         x, y = rng.uniform([0.0, -0.5 * width], [length, 0.5 * width])
-        (across, along), top = rng.uniform(*WIDTHS_M, 2), drawn(rng, TOPS_M)
+        (across, along), top = rng.uniform(*WIDTHS_M, 2), draw_between(rng, TOPS_M)
         if roomy(mission, np.array([x, y]), 0.5 * float(np.hypot(across, along)), ENDS_M):
             size = (float(across), float(along), top)
             parts.append(Obstacle.cuboid((x, y, 0.5 * top), size, name=f"box {number}"))
@@ -47,7 +47,7 @@ def small_maze(seed: int, room_m: Span = ROOM_M) -> MadeWorld:
     """A maze of eight by six small rooms for a copter, with one way through and walls too tall."""
     rng = np.random.default_rng([seed, 68])
     across, along = ROOMS
-    side = drawn(rng, room_m)
+    side = draw_between(rng, room_m)
     walls = maze_walls(rng, across, along)
     parts = [
         Obstacle.cuboid(

@@ -37,13 +37,13 @@ def boxes_of(filled: BoolArray, corner_m: Sequence[float], cell_m: float) -> lis
         if not left[x, y, z]:
             continue
         low = np.array([x, y, z])
-        high = _grown(left, low)
+        high = _grow(left, low)
         left[tuple(slice(a, b) for a, b in zip(low, high, strict=True))] = False
         boxes.append(_box(origin + cell_m * low, origin + cell_m * high, f"box {len(boxes)}"))
     return boxes
 
 
-def _grown(left: BoolArray, low: np.ndarray) -> np.ndarray:
+def _grow(left: BoolArray, low: np.ndarray) -> np.ndarray:
     """Return the end [3] of the box that grows from a cell along z, y and x while all is filled."""
     high = low + 1
     for axis in (2, 1, 0):

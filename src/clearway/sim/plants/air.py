@@ -84,13 +84,13 @@ class Air:
         self._across = _second_order(self._across, passed_m / scales.along_m, self._rng)
         self._up = _second_order(self._up, passed_m / scales.up_m, self._rng)
         sigma = self.gusts_mps
-        along, across = sigma * self._along, sigma * _shaped(self._across)
+        along, across = sigma * self._along, sigma * _shape(self._across)
         cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
         gust = np.array(
             [
                 cosine * along - sine * across,
                 sine * along + cosine * across,
-                sigma * scales.up_share * _shaped(self._up),
+                sigma * scales.up_share * _shape(self._up),
             ]
         )
         moving: FloatArray = self.wind_mps + gust
@@ -118,6 +118,6 @@ def _second_order(state: FloatArray, lags: float, rng: np.random.Generator) -> F
     return result
 
 
-def _shaped(state: FloatArray) -> float:
+def _shape(state: FloatArray) -> float:
     """The filter's output: sqrt(3) of the first lag, 1 - sqrt(3) of the second; variance 1."""
     return float(_ROOT3 * state[0] + (1.0 - _ROOT3) * state[1])

@@ -74,7 +74,7 @@ class C172Plant:
         self._wind_mps = np.array(air.wind_mps[:2], dtype=np.float64)
         self._led = AeroplaneWay(np.array(model.state[:3]), float(start[5]))
         for _ in range(round(SETTLE_S * RATE_HZ)):
-            self._held(air.wind_mps)
+            self._hold(air.wind_mps)
         model.place_at(start)
         self._led.place_m = np.array(start[:3], dtype=np.float64)
 
@@ -88,14 +88,14 @@ class C172Plant:
         air = self._air.step(duration_s, flow, float(place[2]), float(place[5]))
         self._late_s += duration_s
         while self._late_s > 0.5 / RATE_HZ:
-            self._held(air)
+            self._hold(air)
             self._late_s -= 1.0 / RATE_HZ
 
-    def _held(self, air: FloatArray) -> None:
+    def _hold(self, air: FloatArray) -> None:
         """One step of the model, by the loops."""
         model, fdm, dt = self._model, self._model.fdm, 1.0 / RATE_HZ
         model.set_wind(air)
-        bank, speed, climb = self._wanted(dt)
+        bank, speed, climb = self._compute_wanted(dt)
         flow = fdm["velocities/vt-fps"] * FT
         phi, theta = fdm["attitude/phi-rad"], fdm["attitude/theta-rad"]
         p, q, r = (fdm[f"velocities/{axis}-rad_sec"] for axis in "pqr")
@@ -123,7 +123,7 @@ class C172Plant:
         carried = model.velocity_mps[:2] - flow * np.array([np.cos(yaw), np.sin(yaw)])
         self._wind_mps += dt / WIND_S * (carried - self._wind_mps)
 
-    def _wanted(self, dt: float) -> tuple[float, float, float]:
+    def _compute_wanted(self, dt: float) -> tuple[float, float, float]:
         """Bank, speed and climb that lead back to the way; what leads goes on by a step."""
         led = self._led
         led.on(self._speed, self._climb, self._rate, self._wind_mps, dt)

@@ -18,7 +18,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.sim.plants.led import LedGains, led_acceleration, led_sum
+from clearway.sim.plants.led import LedGains, lead_acceleration, lead_sum
 from clearway.sim.plants.quadrotor import (
     GRAVITY_MPS2,
     Airframe,
@@ -55,7 +55,7 @@ class Led(NamedTuple):
 
 
 @compiled
-def wanted_acceleration(
+def compute_wanted_acceleration(
     velocity: Floats, led: Led, rate_rps: float, ahead_mps2: float, gains: Gains
 ) -> Floats:
     """[3] world frame, without gravity; tilt not limited yet."""
@@ -72,7 +72,7 @@ def wanted_acceleration(
 
 
 @compiled
-def led_on(
+def lead_on(
     led: Led,
     velocity: Floats,
     speed_mps: float,
@@ -147,7 +147,7 @@ def rotor_speeds(
 
 
 @compiled
-def seen_rotation(x: Floats, noise: Floats) -> Floats2:
+def estimate_rotation(x: Floats, noise: Floats) -> Floats2:
     """[3, 3] world from body, as the vehicle's own sensors tell it."""
     r = rotate_by_quaternion(x[6:10])
     tilt = noise[3:6]
@@ -179,9 +179,9 @@ def fly_held(
     """
     for _ in range(steps):
         velocity = x[3:6] + noise[:3]
-        led, ahead = led_on(led, velocity, held[0], held[1], held[2], step_s, gains)
-        wanted = wanted_acceleration(velocity, led, held[2], ahead, gains)
-        seen = seen_rotation(x, noise)
+        led, ahead = lead_on(led, velocity, held[0], held[1], held[2], step_s, gains)
+        wanted = compute_wanted_acceleration(velocity, led, held[2], ahead, gains)
+        seen = estimate_rotation(x, noise)
         asked = rotor_speeds(
             thrust_wanted(wanted, gains),
             led.yaw_rad,
@@ -218,13 +218,13 @@ def fly_led(
     for n in range(steps):
         asked = rows[0] + (n + 0.5) / steps * (rows[1] - rows[0])
         velocity = x[3:6] + noise[:3]
-        wanted = led_acceleration(x[0:3], velocity, asked, total, led)
-        total = led_sum(x[0:3], asked, total, step_s, led)
+        wanted = lead_acceleration(x[0:3], velocity, asked, total, led)
+        total = lead_sum(x[0:3], asked, total, step_s, led)
         speeds = rotor_speeds(
             thrust_wanted(wanted, gains),
             asked[9],
             asked[10],
-            seen_rotation(x, noise),
+            estimate_rotation(x, noise),
             x[10:13] + noise[6:9],
             sides,
             frame,

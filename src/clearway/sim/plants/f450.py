@@ -12,9 +12,15 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 from clearway.sim.plants.air import Air
-from clearway.sim.plants.cascade import Gains, Led, led_on, thrust_wanted, wanted_acceleration
+from clearway.sim.plants.cascade import (
+    Gains,
+    Led,
+    compute_wanted_acceleration,
+    lead_on,
+    thrust_wanted,
+)
 from clearway.sim.plants.jsbsim_model import JsbsimModel
-from clearway.sim.plants.led import Asked, LedGains, LedWay, led_acceleration, led_sum
+from clearway.sim.plants.led import Asked, LedGains, LedWay, lead_acceleration, lead_sum
 from clearway.sim.plants.quadrotor import GRAVITY_MPS2
 from clearway.vehicle.automaton import Movement
 
@@ -81,8 +87,8 @@ class F450Plant:
         dt = 1.0 / RATE_HZ
         self._model.set_wind(air)
         velocity = self._model.velocity_mps
-        self._led, ahead = led_on(self._led, velocity, *self._held, dt, GAINS)
-        wanted = wanted_acceleration(velocity, self._led, self._held[2], ahead, GAINS)
+        self._led, ahead = lead_on(self._led, velocity, *self._held, dt, GAINS)
+        wanted = compute_wanted_acceleration(velocity, self._led, self._held[2], ahead, GAINS)
         self._lift += 0.02 * (self._led.climb_mps - velocity[2]) * dt
         self._lean(thrust_wanted(wanted, GAINS), self._led.yaw_rad, self._held[2])
 
@@ -91,8 +97,8 @@ class F450Plant:
         dt = 1.0 / RATE_HZ
         self._model.set_wind(air)
         position, velocity = self._model.state[:3], self._model.velocity_mps
-        wanted = led_acceleration(position, velocity, asked, self._sum_mps2, LED)
-        self._sum_mps2 = led_sum(position, asked, self._sum_mps2, dt, LED)
+        wanted = lead_acceleration(position, velocity, asked, self._sum_mps2, LED)
+        self._sum_mps2 = lead_sum(position, asked, self._sum_mps2, dt, LED)
         self._lift += 0.02 * (asked[5] - velocity[2]) * dt
         self._lean(thrust_wanted(wanted, GAINS), float(asked[9]), float(asked[10]))
 

@@ -12,7 +12,7 @@ from clearway.sim.plants.air import Air
 from clearway.sim.plants.led import Asked, LedGains, LedWay, PointMass, fly_point_mass
 from clearway.sim.settings import SimulationSettings
 from clearway.vehicle.automaton import Movement, MovementAutomaton
-from clearway.vehicle.prediction import corrected_movement, needs_correction, prediction_error
+from clearway.vehicle.prediction import correct_movement, needs_correction, prediction_error
 
 MASS = PointMass()
 LED = LedGains(drag_per_s=MASS.drag_per_s)
@@ -63,7 +63,7 @@ class KinematicPlant:
     def begin(self, movement: Movement) -> None:
         """Hold a movement, corrected if need be."""
         self._origin, self._steps = self.state, 0
-        self._movement = self._corrected(movement)
+        self._movement = self._correct(movement)
         self._way = np.zeros((0, 6))
 
     @property
@@ -81,7 +81,7 @@ class KinematicPlant:
             return
         self._steps += 1
         if self._disturbed:
-            self.state = self._carried(self.state, self._movement, duration_s)
+            self.state = self._carry(self.state, self._movement, duration_s)
             return
         if self._steps > len(self._way):
             steps = max(self._steps, round(self._movement.duration_s / duration_s))
@@ -114,7 +114,7 @@ class KinematicPlant:
             place = self._mass[:3]
         self.state = np.array([*place, 0.0, 0.0, after[9]])
 
-    def _corrected(self, movement: Movement) -> Movement:
+    def _correct(self, movement: Movement) -> Movement:
         """The movement that brings the attitude back to what the chain of movements predicts.
 
         Attitude is predicted along the whole chain, position from where the movement begins: the
@@ -130,9 +130,9 @@ class KinematicPlant:
         if not needs_correction(error, self._margin_m):
             return movement
         self.corrections += 1
-        return corrected_movement(self._automaton, movement, state, anchored)
+        return correct_movement(self._automaton, movement, state, anchored)
 
-    def _carried(self, state: FloatArray, movement: Movement, step: float) -> FloatArray:
+    def _carry(self, state: FloatArray, movement: Movement, step: float) -> FloatArray:
         """The state [6] a step on."""
         v = self._noise.uniform(-1.0, 1.0, 3) * self._settings.input_noise
         inputs = movement.inputs

@@ -70,7 +70,7 @@ class LedWay:
 
 
 @compiled
-def led_acceleration(
+def lead_acceleration(
     position: Floats, velocity: Floats, asked: Floats, total: Floats, gains: LedGains
 ) -> Floats:
     """[3] world frame, without gravity: fed forward, and what leads errors back."""
@@ -86,7 +86,7 @@ def led_acceleration(
 
 
 @compiled
-def led_sum(
+def lead_sum(
     position: Floats, asked: Floats, total: Floats, step_s: float, gains: LedGains
 ) -> Floats:
     """[3] the integral of the position's error a step later, as an acceleration."""
@@ -117,8 +117,8 @@ def fly_point_mass(
     decay = np.exp(-step_s / mass.lag_s)
     for n in range(steps):
         asked = before + (n + 0.5) / steps * (after - before)
-        wanted = led_acceleration(x[0:3], x[3:6], asked, total, gains)
-        total = led_sum(x[0:3], asked, total, step_s, gains)
+        wanted = lead_acceleration(x[0:3], x[3:6], asked, total, gains)
+        total = lead_sum(x[0:3], asked, total, step_s, gains)
         for i in range(3):
             x[6 + i] = wanted[i] + decay * (x[6 + i] - wanted[i])
             drag = mass.drag_per_s * (x[3 + i] - air[i])

@@ -2,10 +2,11 @@
 
 A flight is a random round that uses each pair of movements once (an Eulerian circuit), so that
 every pair comes after whatever may come before it. Some flights make the table, others, held out,
-tell how far predictions are off by the number of movements since the own state was known. The tube
-is calibrated on all of them, each predicted by a table that the others make (split conformal, by
-leaving one out), so that no flight vouches for itself. A flight on its way repeats few pairs, which
-random rounds fly rarely: so the tube is never less than what holds the pair that strays most.
+tell how far predictions are off by the number of movements since the own state estimate was known.
+The tube is calibrated on all of them, each predicted by a table that the others make (split
+conformal, by leaving one out), so that no flight vouches for itself. A flight on its way repeats
+few pairs, which random rounds fly rarely: so the tube is never less than what holds the pair that
+strays most.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ STEP_S = 0.05
 SETTLES = 5
 """Times that a movement is flown until it is trimmed."""
 FARTHEST = 8
-"""Movements since the own state was known, up to which predictions are held against truth."""
+"""Movements since the own state estimate was known, up to which predictions are checked against
+truth."""
 NOWHERE = 0.02
 """Share of the longest movement within which a trimmed one leads nowhere."""
 TUBE = 0.999
@@ -49,7 +51,7 @@ class MeasureSettings:
     flights: int = 6
     """That make the table."""
     held_out: int = 3
-    """That predictions are held against."""
+    """That predictions are checked against."""
     seed: int = 0
     wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gusts_mps: float = 0.0
@@ -127,7 +129,7 @@ def measure_plant(
     made, held_out = flights[: settings.flights], flights[settings.flights :]
     steady = {name: _steady(kind, asked, settings, name) for name in asked.names}
     pairs = measure_pairs(asked, [one for flight in made for one in flight], steady)
-    tube_m = fit_tube(_left_out(asked, flights, steady), max(pairs.spread_m.values(), default=0.0))
+    tube_m = fit_tube(_leave_out(asked, flights, steady), max(pairs.spread_m.values(), default=0.0))
     measured = pairs.fly(asked, tube_m)
     errors = tuple(_errors(measured, held_out, moves) for moves in _lengths())
     closed = tuple(_errors(asked, held_out, moves) for moves in _lengths())
@@ -174,7 +176,7 @@ def _steady(
     plant = kind.make(np.zeros(6), automaton.start_mps, Air(settings.wind_mps))
     movement = automaton[name]
     for _ in range(SETTLES):
-        flown = _flown(plant, movement, name)
+        flown = _fly(plant, movement, name)
     return flown.path
 
 
@@ -197,13 +199,13 @@ def _flight(
     names = round_of_pairs(automaton.names, rng)
     flown = []
     for position, name in enumerate(names):
-        one = _flown(plant, automaton[name], names[position - 1])
+        one = _fly(plant, automaton[name], names[position - 1])
         if position:
             flown.append(one)
     return flown
 
 
-def _flown(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
+def _fly(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
     steps = max(STEPS, int(np.ceil(movement.duration_s / STEP_S / STEPS - 1e-9)) * STEPS)
     plant.begin(movement)
     before = np.array(plant.state, dtype=np.float64)
@@ -211,14 +213,14 @@ def _flown(plant: Plant, movement: Movement, previous: str) -> FlownMovement:
     for step in range(1, steps + 1):
         plant.step(movement.duration_s / steps)
         if step % (steps // STEPS) == 0:
-            path[step // (steps // STEPS) - 1] = _seen_from(before, np.array(plant.state))
+            path[step // (steps // STEPS) - 1] = _see_from(before, np.array(plant.state))
     after = np.array(plant.state, dtype=np.float64)
     if not np.all(np.isfinite(after)):
         raise ClearwayError(f"measuring: the plant flew {movement.name} to {after.tolist()}")
     return FlownMovement(previous, movement.name, path, before, after)
 
 
-def _seen_from(start: FloatArray, state: FloatArray) -> FloatArray:
+def _see_from(start: FloatArray, state: FloatArray) -> FloatArray:
     off = state - start
     cosine, sine = np.cos(start[5]), np.sin(start[5])
     return np.array(
@@ -255,7 +257,7 @@ def _errors(
     return np.array(errors)
 
 
-def _left_out(
+def _leave_out(
     asked: MovementAutomaton,
     flights: Sequence[Sequence[FlownMovement]],
     steady: Mapping[str, FloatArray],

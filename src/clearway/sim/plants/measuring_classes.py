@@ -25,7 +25,7 @@ from clearway.vehicle.class_table import ClassTable
 from clearway.vehicle.reference import Reference
 
 TUBE = 0.99
-"""Share of own states that lie within the tube."""
+"""Share of own state estimates that lie within the tube."""
 Edge = tuple[int, int]
 """Class and movement."""
 
@@ -170,24 +170,24 @@ def _flight(
     plant = leading(kind.make(state * [1, 1, 1, 0, 0, 1], 0.0, air))
     flown = []
     for edge, then in zip(chain, [*chain[1:], chain[0]], strict=True):
-        off, state = _led(plant, automaton, state, (edge, then))
+        off, state = _lead(plant, automaton, state, (edge, then))
         flown.append((edge, off))
     return flown
 
 
-def _led(
+def _lead(
     plant: LedPlant, automaton: MovementAutomaton, state: FloatArray, pair: tuple[Edge, Edge]
 ) -> tuple[FloatArray, FloatArray]:
     """What a plant was off by in a movement, before another one, and the planned state after."""
     movement, then = (automaton.movements[m] for _, m in pair)
     end = automaton.predict(state, movement)
 
-    def asked(later_s: float) -> Reference:
+    def ask(later_s: float) -> Reference:
         if later_s < movement.duration_s:
             return Reference.of(automaton, state, movement, later_s)
         return Reference.of(automaton, end, then, later_s - movement.duration_s)
 
-    plant.follow(asked)
+    plant.follow(ask)
     steps = int(np.ceil(movement.duration_s / STEP_S - 1e-9))
     off = np.empty((steps, 3))
     for step in range(1, steps + 1):

@@ -24,7 +24,7 @@ LED_TILT_RAD = 1.05
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Standard deviations of what the loops are told, drawn anew 20 times a second."""
+    """Standard deviations of what is reported to the loops, drawn anew 20 times a second."""
 
     velocity_mps: float = 0.02
     attitude_rad: float = 0.002
@@ -66,7 +66,7 @@ class QuadrotorPlant:
         """Trimmed: flown on until tilt and integrals are those of steady flight, then put back."""
         place, air = self._x[:3].copy(), self.air.wind_mps
         for _ in range(80):
-            self._moved(0.05, air, np.zeros(9))
+            self._move(0.05, air, np.zeros(9))
         self._x[:3] = place
 
     def begin(self, movement: Movement) -> None:
@@ -85,7 +85,7 @@ class QuadrotorPlant:
         air = self.air.step(duration_s, flow, float(x[2]), self._yaw)
         noise = self._deviations * self._rng.normal(size=9)
         if self._way is None:
-            self._moved(duration_s, air, noise)
+            self._move(duration_s, air, noise)
         else:
             self._follow(self._way, duration_s, air, noise)
 
@@ -106,7 +106,7 @@ class QuadrotorPlant:
             duration_s / steps,
         )
 
-    def _moved(self, duration_s: float, air: FloatArray, noise: FloatArray) -> None:
+    def _move(self, duration_s: float, air: FloatArray, noise: FloatArray) -> None:
         steps = max(1, round(duration_s * STEPS_PER_S))
         self._x, self._rotors, self._led = fly_held(
             self._x,

@@ -18,7 +18,7 @@ from clearway.studies.campaigns.difficulty import (
     median_difficulty,
 )
 from clearway.studies.campaigns.families import make_case
-from clearway.studies.campaigns.file import Campaign, built_in_campaigns, read_campaign
+from clearway.studies.campaigns.file import Campaign, list_built_in_campaigns, read_campaign
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.totals import ALL, CellTotals, add_up, share_in_words
 
@@ -38,7 +38,7 @@ def beside_cells(rows: Sequence[FlightRow], campaign: str) -> list[tuple[str, ..
 
     campaign: its name. What was published is known of campaigns that come with clearway.
     """
-    known = read_campaign(campaign) if campaign in built_in_campaigns() else None
+    known = read_campaign(campaign) if campaign in list_built_in_campaigns() else None
     words = {} if known is None else _words(known)
     folder = Path("." if known is None else known.folder)
     return [_cells(one, rows, words, folder) for one in add_up(rows)]

@@ -1,7 +1,7 @@
 """Conflicts with traffic by kind: intruders on collision courses with straight flight.
 
 At the scale of the paper: the ownship flies 1 m/s along x from the origin, intruders have a body of
-0.6 m, and are heard of at a distance that parameters give. No sensor sees them.
+0.6 m, and are reported at a distance that parameters give. No sensor sees them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class ConflictParameters(Section):
     """Of all kinds of conflict."""
 
     detected_at_m: float = Field(default=10.0, gt=0.0)
-    """Distance at which an intruder is first heard of."""
+    """Distance at which an intruder is first reported."""
     deviates: bool = False
     """Intruders fly anywhere inside a spread of 11.25 x 7.5 degrees, with a report each second."""
     position_noise_m: float = Field(default=0.0, ge=0.0)

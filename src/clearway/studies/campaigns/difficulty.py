@@ -53,7 +53,7 @@ def measure_difficulty(
     corridor_m: half the width of what may be flown in about the straight way; None for any.
     """
     start, goal = mission.start.position_m, mission.waypoints_m[-1]
-    grid = _LevelGrid(world, start, goal, margin_m, corridor_m)
+    grid = LevelGrid(world, start, goal, margin_m, corridor_m)
     rng = np.random.default_rng([seed, 71])
     free_path, nearest = _room(world, grid, rng)
     way = grid.shortest_way()
@@ -69,7 +69,7 @@ def median_difficulty(several: Iterable[Difficulty]) -> Difficulty:
     return Difficulty(*(float(np.median(one)) if len(one) else np.nan for one in columns))
 
 
-class _LevelGrid:
+class LevelGrid:
     """Places [n, m, 2] at one height, and which of them keep the margin."""
 
     def __init__(
@@ -150,7 +150,7 @@ class _LevelGrid:
         return np.column_stack(np.unravel_index(np.array(cells[::-1]), self.free.shape))
 
 
-def _room(world: World, grid: _LevelGrid, rng: np.random.Generator) -> tuple[float, float]:
+def _room(world: World, grid: LevelGrid, rng: np.random.Generator) -> tuple[float, float]:
     """Return mean free path and mean distance to the nearest surface, over random free places."""
     (first, _), (last, _) = grid.ends
     free = np.isfinite(grid.way_m)

@@ -22,7 +22,7 @@ from clearway.missions.lidar_section import PATTERN_KEYS
 from clearway.missions.mission_file import (
     AbsentPublicFileError,
     MissionFile,
-    built_in_missions,
+    list_built_in_missions,
     read_mission_file,
 )
 from clearway.missions.mission_maps import mission_maps
@@ -40,7 +40,7 @@ from clearway.studies.campaigns.peer_worlds import (
     moving_mission,
     with_moving,
 )
-from clearway.studies.campaigns.sampled import sampled_mission, with_intruder
+from clearway.studies.campaigns.sampled import sample_mission, with_intruder
 
 PLACES = Path(__file__).parents[1] / "examples" / "missions"
 """The surveyed places of the examples: a wheel has them here, a checkout where they stand."""
@@ -116,20 +116,20 @@ class Case:
     setup: FlightSetup
 
 
-def _made(family: MadeFamily) -> Callable[[CaseOf], MissionFile]:
+def _make(family: MadeFamily) -> Callable[[CaseOf], MissionFile]:
     return lambda case: family.mission(case.seed, case.parameters)
 
 
 def _mission(case: CaseOf) -> MissionFile:
-    return _built_in(case.parameters.mission).changed("simulation", seed=case.seed)
+    return _read_built_in(case.parameters.mission).with_values("simulation", seed=case.seed)
 
 
 @lru_cache(maxsize=8)
-def _built_in(name: str) -> MissionFile:
+def _read_built_in(name: str) -> MissionFile:
     """A mission that comes with clearway, read once for all seeds."""
-    if name not in built_in_missions():
-        known = ", ".join(sorted(built_in_missions()))
-        near = did_you_mean(name, built_in_missions())
+    if name not in list_built_in_missions():
+        known = ", ".join(sorted(list_built_in_missions()))
+        near = did_you_mean(name, list_built_in_missions())
         raise InputError("mission", f"{name!r}{near}: there are {known}; family place takes files")
     return read_mission_file(name)
 
@@ -151,7 +151,7 @@ def _place(case: CaseOf) -> MissionFile:
     if absent:
         needed = ", ".join(Path(a).name for a in absent)
         raise AbsentDataError(f"{case.parameters.mission} needs {needed}{where_from(absent[0])}")
-    return _from_anywhere(file, case).changed("simulation", seed=case.seed)
+    return _from_anywhere(file, case).with_values("simulation", seed=case.seed)
 
 
 def _table(case: CaseOf) -> MissionFile:
@@ -180,7 +180,7 @@ def _from_anywhere(file: MissionFile, case: CaseOf) -> MissionFile:
     mission = scatter_ends(file.to_mission(), there, heights, ends, case.seed)
     waypoints = tuple(map(tuple, mission.waypoints_m.tolist()))
     start = mission.start
-    return file.changed("mission", waypoints_m=waypoints).changed(
+    return file.with_values("mission", waypoints_m=waypoints).with_values(
         "vehicle",
         position_m=start.position_m,
         attitude_deg=np.degrees(start.attitude_rad),
@@ -199,8 +199,8 @@ def _model(case: CaseOf) -> Path | None:
     return path
 
 
-def _sampled(case: CaseOf) -> MissionFile:
-    return sampled_mission(case.seed, _model(case))
+def _sample(case: CaseOf) -> MissionFile:
+    return sample_mission(case.seed, _model(case))
 
 
 def _with_intruder(setup: FlightSetup, case: CaseOf) -> FlightSetup:
@@ -214,7 +214,7 @@ def _about(function: Callable[..., Any]) -> str:
 CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
         **{
-            name: Family(_about(made.make), made.parameters, _made(made))
+            name: Family(_about(made.make), made.parameters, _make(made))
             for name, made in {**MADE, **PEER_WORLDS}.items()
         },
         "moving": Family(
@@ -239,7 +239,7 @@ CAMPAIGN_FAMILIES: Mapping[str, Family] = MappingProxyType(
         "sampled": Family(
             "Traffic drawn from an encounter model; the margin keeps near mid-air collisions off.",
             SampledParameters,
-            _sampled,
+            _sample,
             _with_intruder,
         ),
     }
@@ -262,19 +262,19 @@ def make_case(
     known = CAMPAIGN_FAMILIES[family]
     section = parse_model(f"{family}: parameters", parameters, known.parameters)
     case = CaseOf(seed, section, folder)
-    file = _changed(known.make(case), changes, folder)
+    file = _change(known.make(case), changes, folder)
     # All seeds of a mission share what is the same: reach sets, sensors, surveyed worlds.
-    shared = _prepared(file.changed("simulation", seed=0))
+    shared = _prepare(file.with_values("simulation", seed=0))
     setup = replace(shared, simulation=replace(shared.simulation, seed=file.simulation.seed))
     return Case(file, known.finish(setup, case))
 
 
 @lru_cache(maxsize=8)
-def _prepared(file: MissionFile) -> FlightSetup:
+def _prepare(file: MissionFile) -> FlightSetup:
     return prepare(file)
 
 
-def _changed(
+def _change(
     file: MissionFile, changes: Mapping[str, Mapping[str, Any]], folder: Path
 ) -> MissionFile:
     """The mission with keys of its tables changed, checked like a file."""
@@ -286,13 +286,13 @@ def _changed(
         # Every sensor, intruder or obstacle alike.
         if isinstance(getattr(file, table), tuple):
             old = [one.model_dump(exclude_unset=True) for one in getattr(file, table)]
-            tables[table] = [_changed_keys(one, values) for one in old]
+            tables[table] = [_change_keys(one, values) for one in old]
         else:
             tables[table] = {**(tables.get(table) or {}), **values}
     return parse_model("changes", tables, MissionFile, folder)
 
 
-def _changed_keys(old: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+def _change_keys(old: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of one table of several with others over them; of a sensor, one way to say its beams."""
     ways = [way for way in PATTERN_KEYS if values.keys() & set(way)]
     left_out = set(chain(*PATTERN_KEYS)) if ways else set()

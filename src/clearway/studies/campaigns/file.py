@@ -18,7 +18,7 @@ from clearway.base.suggest import did_you_mean
 from clearway.io.choices import find_read_folder
 from clearway.io.toml import Section, parse_model, read_toml
 from clearway.missions.mission_file import MissionFile
-from clearway.sim.baselines import PLANNERS, known_planner
+from clearway.sim.baselines import PLANNERS, check_planner_name
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
 
 Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
@@ -41,7 +41,7 @@ class VariantSection(Section):
 
     @model_validator(mode="after")
     def _is_known(self, info: ValidationInfo) -> Self:
-        known_planner(self.planner, find_read_folder(info))
+        check_planner_name(self.planner, find_read_folder(info))
         _check_tables(self.changes)
         return self
 
@@ -136,9 +136,9 @@ class CampaignFile(Section):
             named += [section.planners or (), section.leave_out]
         for name in dict.fromkeys(chain(*named)):
             if name not in self.variants:
-                known_planner(name, folder)
+                check_planner_name(name, folder)
 
-    def flown_by(self, planner: str) -> str:
+    def find_flyer(self, planner: str) -> str:
         """Who flies in a column: of a variant its planner, else whoever it is named after."""
         variant = self.variants.get(planner)
         return planner if variant is None else variant.planner
@@ -171,7 +171,7 @@ def read_campaign(name_or_path: str) -> Campaign:
 
     Raises InputError with every problem of a file.
     """
-    built_in = built_in_campaigns()
+    built_in = list_built_in_campaigns()
     path = built_in.get(name_or_path, Path(name_or_path))
     if name_or_path not in built_in and not path.exists() and path.suffix != ".toml":
         names, near = ", ".join(sorted(built_in)), did_you_mean(name_or_path, built_in)
@@ -183,7 +183,7 @@ def read_campaign(name_or_path: str) -> Campaign:
     return Campaign(name_or_path, str(folder), file)
 
 
-def built_in_campaigns() -> dict[str, Path]:
+def list_built_in_campaigns() -> dict[str, Path]:
     """Campaigns that come with clearway, by name."""
     folder = Path(str(resources.files("clearway.studies") / "campaigns"))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}

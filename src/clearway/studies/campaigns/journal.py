@@ -9,36 +9,43 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any, Generic, TypeVar
 
 from clearway.base.errors import InputError, naming
 from clearway.io.staging import growing_file
-from clearway.studies.campaigns.row import FlightRow
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Row = TypeVar("Row", bound="DataclassInstance")
 
 
-class Journal:
+class Journal(Generic[Row]):
     """An open journal; `rows` are those that were in it."""
 
-    def __init__(self, file: IO[bytes], path: Path, rows: list[FlightRow]) -> None:
+    def __init__(self, file: IO[bytes], path: Path, rows: list[Row]) -> None:
         self._file, self._path = file, path
         self.rows = rows
 
-    def append(self, row: FlightRow) -> None:
+    def append(self, row: Row) -> None:
         """Write a row; on return it is on disk. Raises InputError where it cannot be written."""
         with naming(self._path, "written"):
             _append(self._file, asdict(row))
 
 
 @contextmanager
-def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
+def open_journal(
+    path: Path, settings: dict[str, str], kind: Callable[..., Row]
+) -> Iterator[Journal[Row]]:
     """Open or begin a journal, for this process alone.
 
     settings: what the rows in it must have in common; raises InputError where those of the journal
-    differ, where another process has it open, and where it cannot be written.
+    differ, where another process has it open, and where it cannot be written. kind: the dataclass
+    of its rows.
     """
     with naming(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -51,7 +58,7 @@ def open_journal(path: Path, settings: dict[str, str]) -> Iterator[Journal]:
         except BlockingIOError as cause:
             raise InputError(str(path), "another campaign is writing to it") from cause
         with naming(path, "written"):
-            rows = _begun(file, path, settings)
+            rows = _begin(file, path, settings, kind)
         yield Journal(file, path, rows)
 
 
@@ -70,7 +77,9 @@ def check_settings(source: str, found: dict[str, Any], wanted: dict[str, str]) -
         )
 
 
-def _begun(file: IO[bytes], path: Path, settings: dict[str, str]) -> list[FlightRow]:
+def _begin(
+    file: IO[bytes], path: Path, settings: dict[str, str], kind: Callable[..., Row]
+) -> list[Row]:
     """Rows of whole lines; the file ends after the last of them, and has a head."""
     file.seek(0)
     head, *lines = _whole_lines(file) or [{}]
@@ -79,7 +88,7 @@ def _begun(file: IO[bytes], path: Path, settings: dict[str, str]) -> list[Flight
         _sync_folder(path.parent)
         return []
     check_settings(str(path), head, settings)
-    return [FlightRow(**line) for line in lines]
+    return [kind(**line) for line in lines]
 
 
 def _whole_lines(file: IO[bytes]) -> list[dict[str, Any]]:

@@ -190,7 +190,7 @@ class RoomParameters(WorldParameters):
 
 
 class MixedParameters(WorldParameters):
-    """Of `mixed`."""
+    """Of `make_mixed`."""
 
     shapes: Numbers = clutter.MIXED_COUNTS
     """Number in the box of 50 x 30 x 20 m; those about start and waypoint are left out."""
@@ -242,11 +242,11 @@ MADE: Mapping[str, MadeFamily] = MappingProxyType(
         "dead-end": MadeFamily(DeadEndParameters, dead_ends.dead_end),
         "wedge": MadeFamily(WedgeParameters, dead_ends.wedge),
         "cave": MadeFamily(DeadEndParameters, dead_ends.cave),
-        "closed-street": MadeFamily(ClosedStreetParameters, dead_ends.closed_street),
-        "closed-tube": MadeFamily(DeadEndParameters, dead_ends.closed_tube),
+        "closed-street": MadeFamily(ClosedStreetParameters, dead_ends.make_closed_street),
+        "closed-tube": MadeFamily(DeadEndParameters, dead_ends.make_closed_tube),
         "u-shape": MadeFamily(UShapeParameters, dead_ends.u_shape),
         "room": MadeFamily(RoomParameters, dead_ends.room),
-        "mixed": MadeFamily(MixedParameters, clutter.mixed),
+        "mixed": MadeFamily(MixedParameters, clutter.make_mixed),
         "nets": MadeFamily(NetParameters, clutter.nets),
     }
 )

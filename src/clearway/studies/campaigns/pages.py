@@ -10,9 +10,9 @@ import numpy as np
 
 from clearway.base.errors import InputError, naming
 from clearway.base.intervals import Interval
-from clearway.io.staging import staged_file
+from clearway.io.staging import stage_file
 from clearway.sim.baselines import NOT_APPLICABLE, PLANNERS
-from clearway.sim.baselines.notes import not_known, shared
+from clearway.sim.baselines.notes import list_shared_notes, not_known
 from clearway.studies.campaigns.beside import BESIDE_HEAD, barn_score, beside_cells
 from clearway.studies.campaigns.direct import DIRECT_HEAD, direct_cells
 from clearway.studies.campaigns.families import CAMPAIGN_FAMILIES
@@ -61,7 +61,7 @@ def write_pages(
         if not done:
             marks = " or ".join(f"<!-- {name}:begin --> ... :end -->" for name in FORMS)
             raise InputError(str(page), f"no {marks}")
-    with staged_file(page) as scratch:
+    with stage_file(page) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return done
 
@@ -77,7 +77,7 @@ def short_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dic
         flights = max(each.safe.flights for each in there if each is not None)
         lines.append((label, str(flights), *(_short(each, flights) for each in there)))
     said = explain_planners(rows)
-    notes = f"\n{_listed(said)}" if said else ""
+    notes = f"\n{_list(said)}" if said else ""
     return f"{_markdown(lines)}{notes}{_below(rows, settings, skipped)}"
 
 
@@ -85,10 +85,14 @@ def explain_planners(rows: Sequence[FlightRow]) -> list[str]:
     """What tables of a campaign say of their planners: why some have n/a, what they share with
     clearway, and with what settings variants flew."""
     hidden = not_known((row.planner, row.hidden) for row in rows)
-    return [*hidden, *shared(list(dict.fromkeys(row.planner for row in rows))), *_varied(rows)]
+    return [
+        *hidden,
+        *list_shared_notes(list(dict.fromkeys(row.planner for row in rows))),
+        *_list_varied(rows),
+    ]
 
 
-def _varied(rows: Sequence[FlightRow]) -> list[str]:
+def _list_varied(rows: Sequence[FlightRow]) -> list[str]:
     """Columns that are no planners', each with what its missions had changed beside others'."""
     plain = {row.label: _settings(row) for row in rows if row.planner in PLANNERS}
     varied: dict[str, dict[str, None]] = {}
@@ -129,12 +133,12 @@ def full_form(rows: Sequence[FlightRow], settings: dict[str, str], skipped: dict
         parts.append(_markdown([COLUMNS, *(_full(standing) for standing in own)]))
     said = explain_planners(rows)
     if said:
-        parts.append(f"### What planners share, and what some cannot know\n\n{_listed(said)}")
+        parts.append(f"### What planners share, and what some cannot know\n\n{_list(said)}")
     first = rows[0].planner
-    parts.append(f"### Where {first} is not first\n\n{_listed(_behind(rows))}")
+    parts.append(f"### Where {first} is not first\n\n{_list(_behind(rows))}")
     lost = [row for row in rows if row.planner == first and not row.safe]
     told = [f"`{row.replay}`: {describe_flight(row)}" for row in lost]
-    parts.append(f"### Flights of {first} that failed\n\n{_listed(told)}")
+    parts.append(f"### Flights of {first} that failed\n\n{_list(told)}")
     return "\n".join(parts) + "\n" + _below(rows, settings, skipped).lstrip("\n")
 
 
@@ -146,7 +150,7 @@ def _behind(rows: Sequence[FlightRow]) -> list[str]:
     ]
 
 
-def _listed(lines: Sequence[str]) -> str:
+def _list(lines: Sequence[str]) -> str:
     return "".join(f"- {line}\n" for line in lines) or "None.\n"
 
 

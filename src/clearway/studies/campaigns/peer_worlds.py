@@ -90,7 +90,7 @@ def moving_mission(seed: int, given: MovingParameters) -> MissionFile:
     if given.ends is not None:
         mission = scatter_ends(made.mission, made.world, made.heights_m, given.ends, seed)
         made = made._replace(mission=mission)
-    return mission_of(made, seed).changed("traffic", follow_movers=True)
+    return mission_of(made, seed).with_values("traffic", follow_movers=True)
 
 
 def with_moving(setup: FlightSetup, seed: int, given: MovingParameters) -> FlightSetup:

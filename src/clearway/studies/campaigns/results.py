@@ -11,7 +11,7 @@ from typing import Any, get_args
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.apart import apart
-from clearway.io.staging import staged_file
+from clearway.io.staging import stage_file
 from clearway.io.what_file import require_file
 from clearway.studies.campaigns.row import COLUMNS, FlightRow
 
@@ -40,7 +40,7 @@ def write_results(path: Path, rows: Sequence[FlightRow], settings: dict[str, str
     about = {META + name: value for name, value in settings.items()}
     schema = schema.with_metadata({"schema_version": str(SCHEMA_VERSION), **about})
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)
-    with staged_file(path) as scratch, scratch.open("wb") as file:
+    with stage_file(path) as scratch, scratch.open("wb") as file:
         pq.write_table(table, file, compression="zstd")
         file.flush()
         os.fsync(file.fileno())

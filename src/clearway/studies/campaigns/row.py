@@ -24,7 +24,7 @@ TIMINGS = ("decision_ms_p50", "decision_ms_p99", "wall_s", "cpu_s")
 """What differs from run to run."""
 
 
-def measured(of: Callable[[Run[Any]], Any], default: Any = None) -> Any:
+def measure_run(of: Callable[[Run[Any]], Any], default: Any = None) -> Any:
     """A field of a row that is computed of a run; default: where there was no flight."""
     return field(default=default, metadata={"of": of})
 
@@ -55,42 +55,42 @@ class FlightRow:
     """Of a refusal or failure."""
     hidden: str = ""
     """What of the flight the planner cannot know, in words: how it avoids says nothing then."""
-    reached: bool = measured(lambda run: run.reached, default=False)
-    crashed: bool = measured(lambda run: run.crashed_s is not None, default=False)
-    touched: bool = measured(lambda run: run.touched, default=False)
+    reached: bool = measure_run(lambda run: run.reached, default=False)
+    crashed: bool = measure_run(lambda run: run.crashed_s is not None, default=False)
+    touched: bool = measure_run(lambda run: run.touched, default=False)
     """Whether the body of the vehicle, not only its centre, touched anything."""
-    margin_kept: bool = measured(lambda run: run.metrics.margin_violations == 0, default=False)
-    margin_m: float | None = measured(lambda run: run.safety_margin_m)
-    margin_violations: int = measured(lambda run: run.metrics.margin_violations, 0)
+    margin_kept: bool = measure_run(lambda run: run.metrics.margin_violations == 0, default=False)
+    margin_m: float | None = measure_run(lambda run: run.safety_margin_m)
+    margin_violations: int = measure_run(lambda run: run.metrics.margin_violations, 0)
     """Episodes below the margin."""
-    nearest_m: float | None = measured(lambda run: finite(float(run.nearest_surface_m.min())))
+    nearest_m: float | None = measure_run(lambda run: finite(float(run.nearest_surface_m.min())))
     """Smallest distance to any surface, of obstacles or of intruders."""
-    nearest_obstacle_m: float | None = measured(
+    nearest_obstacle_m: float | None = measure_run(
         lambda run: finite(run.metrics.min_obstacle_distance_m)
     )
-    nearest_intruder_m: float | None = measured(lambda run: _nearest_intruder_m(run))
+    nearest_intruder_m: float | None = measure_run(lambda run: _nearest_intruder_m(run))
     """Between centres."""
-    emergencies: int = measured(lambda run: run.emergencies, 0)
+    emergencies: int = measure_run(lambda run: run.emergencies, 0)
     """Decisions in which nothing kept the margin."""
-    escape: str = measured(lambda run: "" if run.ways_out is None else run.ways_out.flown, "")
-    """Which ways out were kept in hand; empty for other planners."""
-    waypoints_reached: int = measured(lambda run: run.progress.waypoints_reached(run.mission), 0)
-    time_s: float | None = measured(lambda run: run.metrics.time_s)
-    crashed_s: float | None = measured(lambda run: run.crashed_s)
-    straight_m: float | None = measured(lambda run: run.mission.straight_length_m)
+    escape: str = measure_run(lambda run: "" if run.ways_out is None else run.ways_out.flown, "")
+    """Which escapes were held; empty for other planners."""
+    waypoints_reached: int = measure_run(lambda run: run.progress.waypoints_reached(run.mission), 0)
+    time_s: float | None = measure_run(lambda run: run.metrics.time_s)
+    crashed_s: float | None = measure_run(lambda run: run.crashed_s)
+    straight_m: float | None = measure_run(lambda run: run.mission.straight_length_m)
     """Length of straight flight."""
-    path_m: float | None = measured(lambda run: run.metrics.path_length_m)
-    mean_mps: float | None = measured(lambda run: run.mean_mps)
-    top_mps: float | None = measured(lambda run: run.top_mps)
-    climb_m: float | None = measured(lambda run: run.metrics.climb_m)
-    effort_m2ps3: float | None = measured(lambda run: run.metrics.effort_m2ps3)
-    tracking_mean_m: float | None = measured(lambda run: float(run.metrics.tracking_m.mean()))
-    corrections: int = measured(lambda run: run.corrections, 0)
-    decisions: int = measured(lambda run: len(run.decisions), 0)
-    track_id: str = measured(lambda run: _track_id(run), "")
+    path_m: float | None = measure_run(lambda run: run.metrics.path_length_m)
+    mean_mps: float | None = measure_run(lambda run: run.mean_mps)
+    top_mps: float | None = measure_run(lambda run: run.top_mps)
+    climb_m: float | None = measure_run(lambda run: run.metrics.climb_m)
+    effort_m2ps3: float | None = measure_run(lambda run: run.metrics.effort_m2ps3)
+    tracking_mean_m: float | None = measure_run(lambda run: float(run.metrics.tracking_m.mean()))
+    corrections: int = measure_run(lambda run: run.corrections, 0)
+    decisions: int = measure_run(lambda run: len(run.decisions), 0)
+    track_id: str = measure_run(lambda run: _track_id(run), "")
     """The same for the same track to the last bit."""
-    decision_ms_p50: float | None = measured(lambda run: _decision_ms(run, 50))
-    decision_ms_p99: float | None = measured(lambda run: _decision_ms(run, 99))
+    decision_ms_p50: float | None = measure_run(lambda run: _decision_ms(run, 50))
+    decision_ms_p99: float | None = measure_run(lambda run: _decision_ms(run, 99))
     wall_s: float = 0.0
     """Time that the flight took to compute."""
     cpu_s: float = 0.0

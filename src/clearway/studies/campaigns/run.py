@@ -64,10 +64,10 @@ def campaign_flown(
     need_parquet()
     tasks = tasks_of(campaign)
     skipped = absent(tasks)
-    wanted = [task for task in chosen(tasks, only) if task.label not in skipped]
+    wanted = [task for task in choose_tasks(tasks, only) if task.label not in skipped]
     settings = {"campaign": campaign.file.name, "version": __version__}
     results = folder / RESULTS
-    with open_journal(folder / JOURNAL, settings) as journal:
+    with open_journal(folder / JOURNAL, settings, FlightRow) as journal:
         rows = _before(results, settings) | {row.key: row for row in journal.rows}
         _check_cases(str(folder), rows.values(), tasks)
         left = [task for task in wanted if task.key not in rows]
@@ -79,7 +79,7 @@ def campaign_flown(
             if watch is not None:
                 watch(row, len(wanted) - len(left) + number, len(wanted))
         ordered = tuple(by_family(rows.values(), tasks))
-        asked_for = {task.label for task in chosen(tasks, only)}
+        asked_for = {task.label for task in choose_tasks(tasks, only)}
         told = {label: why for label, why in skipped.items() if label in asked_for}
         yield CampaignProgress(ordered, len(left), told, skipped, settings)
         write_results(
@@ -90,7 +90,7 @@ def campaign_flown(
         (folder / JOURNAL).unlink()
 
 
-def chosen(tasks: Sequence[Task], only: str) -> list[Task]:
+def choose_tasks(tasks: Sequence[Task], only: str) -> list[Task]:
     """Tasks whose key fits a pattern; raises InputError where none does."""
     found = [task for task in tasks if fnmatch.fnmatchcase(task.key, only)]
     if not found:

@@ -23,7 +23,7 @@ from clearway.missions.mission_sections import (
 from clearway.missions.mission_traffic import RecordedAir
 from clearway.missions.sections import GridSection
 from clearway.missions.setup import FlightSetup
-from clearway.studies.encounter_model import EncounterModel, made_up_model, read_encounter_model
+from clearway.studies.encounter_model import EncounterModel, make_up_model, read_encounter_model
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.encounter import STEPS_PER_S, ModelEncounter, sample_encounter
 from clearway.studies.risk.flight import VIEW
@@ -32,7 +32,7 @@ from clearway.traffic.recorded.playing import PlayedTrack
 
 SETTINGS = RiskSettings()
 BODY_SHARE = 0.25
-"""Body radius that the margins (6.14) and (6.15) are told, of the margin."""
+"""Body radius that the margins (6.14) and (6.15) are given, of the margin."""
 
 
 def _ball_m(cylinder: Cylinder) -> float:
@@ -47,13 +47,13 @@ MARGIN_M = _ball_m(NEAR_COLLISION) - RADIUS_M
 @lru_cache(maxsize=2)
 def model_of(path: Path | None) -> EncounterModel:
     """The model of a file, or the made-up one. Errors as of `read_encounter_model`."""
-    return made_up_model() if path is None else read_encounter_model(path)
+    return make_up_model() if path is None else read_encounter_model(path)
 
 
-def sampled_mission(seed: int, model: Path | None) -> MissionFile:
+def sample_mission(seed: int, model: Path | None) -> MissionFile:
     """The ownship's flight: straight on until the encounter is over."""
     settings = SETTINGS
-    far_m = settings.own_mps * _drawn(seed, model).lasts_s
+    far_m = settings.own_mps * _draw(seed, model).lasts_s
     movement_m = settings.own_mps * settings.movement_s
     turn_deg = settings.turn_deg_per_s * settings.movement_s
     azimuth_deg, columns, elevation_deg, rows = VIEW
@@ -85,8 +85,8 @@ def sampled_mission(seed: int, model: Path | None) -> MissionFile:
 
 
 def with_intruder(setup: FlightSetup, seed: int, model: Path | None) -> FlightSetup:
-    """The flight with the intruder on its sampled track, heard of every second."""
-    encounter = _drawn(seed, model)
+    """The flight with the intruder on its sampled track, reported every second."""
+    encounter = _draw(seed, model)
     upwards = np.array([1.0, 1.0, SETTINGS.stretch])
     told = slice(None, None, STEPS_PER_S)
     track = PlayedTrack(
@@ -101,5 +101,5 @@ def with_intruder(setup: FlightSetup, seed: int, model: Path | None) -> FlightSe
 
 
 @lru_cache(maxsize=4)
-def _drawn(seed: int, model: Path | None) -> ModelEncounter:
+def _draw(seed: int, model: Path | None) -> ModelEncounter:
     return sample_encounter(model_of(model), seed, SETTINGS)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from clearway.base.errors import FlightRefusedError
 from clearway.base.version import __version__
 from clearway.sim import Run
-from clearway.sim.baselines import PLANNERS, known_planner
+from clearway.sim.baselines import PLANNERS, check_planner_name
 from clearway.sim.pilot import Steering
 from clearway.studies.campaigns.families import Case, make_case
 from clearway.studies.campaigns.file import Campaign, FamilySection
@@ -92,7 +92,7 @@ def _task(campaign: Campaign, section: FamilySection, planner: str, seed: int) -
         json.dumps(section.parameters, sort_keys=True),
         json.dumps(changes, sort_keys=True),
         planner,
-        PLANNERS.located(file.flown_by(planner), Path(campaign.folder)),
+        PLANNERS.locate(file.find_flyer(planner), Path(campaign.folder)),
         seed,
     )
 
@@ -104,7 +104,7 @@ def fly_task(task: Task) -> FlightRow:
     Errors as of `make_case`, and OwnCodeError where a user's planner is not found.
     """
     setup = case_of(task).setup
-    known_planner(task.flown_by)
+    check_planner_name(task.flown_by)
     watch = _Watch()
     try:
         run = setup.fly_with(task.flown_by)
@@ -138,15 +138,19 @@ def _case(family: str, seed: int, parameters: str, changes: str, folder: str) ->
 def make_flight_row(task: Task, run: Run[Steering], spent: Spent) -> FlightRow:
     """What came of a flight; equal for equal flights, but for how long they took to compute."""
     return FlightRow(
-        **_known(task), outcome=judge_flight(run), why="", **measures(run), **spent._asdict()
+        **_describe_known(task),
+        outcome=judge_flight(run),
+        why="",
+        **measures(run),
+        **spent._asdict(),
     )
 
 
 def _not_flown(task: Task, outcome: Outcome, why: str, spent: Spent) -> FlightRow:
-    return FlightRow(**_known(task), outcome=outcome, why=why, **spent._asdict())
+    return FlightRow(**_describe_known(task), outcome=outcome, why=why, **spent._asdict())
 
 
-def _known(task: Task) -> dict[str, Any]:
+def _describe_known(task: Task) -> dict[str, Any]:
     """What a row says of a flight before it is flown."""
     return {
         "key": task.key,
@@ -160,5 +164,5 @@ def _known(task: Task) -> dict[str, Any]:
         "settings_id": task.settings_id,
         "version": __version__,
         "replay": task.replay,
-        "hidden": PLANNERS.named(task.flown_by).hidden(case_of(task).setup.dangers),
+        "hidden": PLANNERS.find(task.flown_by).describe_hidden(case_of(task).setup.dangers),
     }

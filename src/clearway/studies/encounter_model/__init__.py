@@ -1,6 +1,6 @@
 """Encounter models: Bayes networks of how aircraft fly, read from their files and sampled."""
 
-from clearway.studies.encounter_model.model_file import made_up_model, read_encounter_model
+from clearway.studies.encounter_model.model_file import make_up_model, read_encounter_model
 from clearway.studies.encounter_model.network import EncounterModel, Node, Variable
 from clearway.studies.encounter_model.sample import (
     SampledTracks,
@@ -15,7 +15,7 @@ __all__ = [
     "Node",
     "SampledTracks",
     "Variable",
-    "made_up_model",
+    "make_up_model",
     "read_encounter_model",
     "sample_initial",
     "sample_tracks",

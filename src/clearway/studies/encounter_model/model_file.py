@@ -119,7 +119,7 @@ class _Reader:
             Variable(convention.renamed.get(name, name), size, edge, float(rate))
             for name, size, edge, rate in zip(labels, sizes, edges, rates, strict=True)
         )
-        transition = {following[i]: steps[i].followed(following) for i in order_later if i in steps}
+        transition = {following[i]: steps[i].follow(following) for i in order_later if i in steps}
         initial = tuple(nodes[i] for i in range(len(labels)))
         return EncounterModel(source, variables, initial, order, transition, convention.climb_mps)
 
@@ -281,6 +281,6 @@ class _Reader:
         return nodes
 
 
-def made_up_model() -> EncounterModel:
+def make_up_model() -> EncounterModel:
     """A small model of light aircraft with made-up numbers, for trying things out without data."""
     return read_encounter_model(Path(__file__).parent / "made-up.txt")

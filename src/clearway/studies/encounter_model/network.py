@@ -37,7 +37,7 @@ class Node:
             stride *= size
         return row
 
-    def followed(self, following: Mapping[int, int]) -> Node:
+    def follow(self, following: Mapping[int, int]) -> Node:
         """Return the node with parents a second on named by variable, as negative numbers.
 
         following: variable by index of what it is a second on. Variable n a second on is `~n`.

@@ -18,7 +18,7 @@ from clearway.base.state import IntArray
 from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.studies.encounter_model.conventions import ACCELERATION, CLIMB, LAYER, SPEED, TURN
 from clearway.studies.encounter_model.network import EncounterModel, Node
-from clearway.studies.encounter_model.seconds import flown_on, step_second, tables_of
+from clearway.studies.encounter_model.seconds import fly_on, step_second, tables_of
 
 MOST_TRIES = 1000
 """Draws of an aircraft before a model counts as impossible."""
@@ -44,7 +44,7 @@ def sample_initial(model: EncounterModel, count: int, rng: np.random.Generator) 
     """[count, variables] bins from 0, drawn parents first with the shares of the counts."""
     bins = np.zeros((count, len(model.variables)), dtype=np.int64)
     for variable in model.order:
-        bins[:, variable] = _drawn(model.initial[variable], bins, bins[:, variable], rng)
+        bins[:, variable] = _draw(model.initial[variable], bins, bins[:, variable], rng)
     return bins
 
 
@@ -92,13 +92,13 @@ def sample_tracks(
     all_values = np.empty(all_bins.shape)
     all_bins[0], all_values[0] = bins, values
     shares = rng.random((duration_s, len(tables.nodes) * count + 2 * bins.size))
-    flown_on(*tables, shares, all_bins, all_values)
+    fly_on(*tables, shares, all_bins, all_values)
     stacked = np.ascontiguousarray(all_values.transpose(1, 0, 2))
-    time_s, position, velocity = _flown(model, stacked, steps_per_s)
+    time_s, position, velocity = _fly(model, stacked, steps_per_s)
     return SampledTracks(time_s, position, velocity, all_bins.transpose(1, 0, 2), stacked)
 
 
-def _drawn(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator) -> IntArray:
+def _draw(node: Node, bins: IntArray, kept: IntArray, rng: np.random.Generator) -> IntArray:
     """[n] bins of a node given all bins [n, variables]; `kept` where nothing was counted."""
     cumulative = node.cumulative[node.configuration(bins)]
     share = rng.random(len(bins))
@@ -128,7 +128,7 @@ def _plausible(
     raise ClearwayError(f"{model.source}: no aircraft found in altitude layers {layers}")
 
 
-def _flown(
+def _fly(
     model: EncounterModel, values: FloatArray, steps_per_s: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times [s], positions and velocities [n, s, 3]: rates held for a second, by the midpoint."""
@@ -136,12 +136,12 @@ def _flown(
     step = 1.0 / steps_per_s
     first = values[:, 0]
     climb = rate[:, :, model.index(CLIMB)] * model.climb_mps
-    height = _summed(first[:, model.index(LAYER)] * FOOT_M, step * climb)
+    height = _sum(first[:, model.index(LAYER)] * FOOT_M, step * climb)
     height = np.maximum(height, model.span(LAYER)[0] * FOOT_M)
     level, between = _across(model, first, rate, step, climb)
     none = np.zeros(len(values))
-    x = _summed(none, step * level * np.cos(between))
-    y = _summed(none, step * level * np.sin(between))
+    x = _sum(none, step * level * np.cos(between))
+    y = _sum(none, step * level * np.sin(between))
     position = np.stack([x, y, height], axis=-1)
     velocity = np.diff(position, axis=1) / step
     velocity = np.concatenate([velocity, velocity[:, -1:]], axis=1)
@@ -157,16 +157,16 @@ def _across(
     acceleration = rate[:, :, model.index(ACCELERATION)] * KNOT_MPS
     turn = -np.radians(rate[:, :, model.index(TURN)])
     slowest, fastest = model.span(SPEED)
-    speed = _summed(first[:, model.index(SPEED)] * KNOT_MPS, step * acceleration)
+    speed = _sum(first[:, model.index(SPEED)] * KNOT_MPS, step * acceleration)
     speed = np.clip(speed, slowest * KNOT_MPS, fastest * KNOT_MPS)
-    heading = _summed(np.zeros(len(first)), step * turn)
+    heading = _sum(np.zeros(len(first)), step * turn)
     # A climb is along the slope: what is left of the speed goes forward.
     forward = 0.5 * (speed[:, 1:] + speed[:, :-1])
     level = np.sqrt(np.maximum(forward**2 - climb**2, 0.0))
     return level, 0.5 * (heading[:, 1:] + heading[:, :-1])
 
 
-def _summed(start: FloatArray, steps: FloatArray) -> FloatArray:
+def _sum(start: FloatArray, steps: FloatArray) -> FloatArray:
     """[n, s + 1] running sums of steps [n, s] from a start [n]."""
     summed: FloatArray = start[:, None] + np.concatenate(
         [np.zeros((len(start), 1)), np.cumsum(steps, axis=1)], axis=1

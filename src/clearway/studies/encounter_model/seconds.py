@@ -109,7 +109,7 @@ def step_second(
 
 
 @compiled
-def flown_on(
+def fly_on(
     nodes: Ints2,
     parents: Ints2,
     cumulative: Floats,

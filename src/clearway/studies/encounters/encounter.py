@@ -14,7 +14,7 @@ import numpy as np
 from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.state import frozen_array
+from clearway.base.state import freeze_array
 
 SPEEDS = (0.5, 1.0)
 """Speed of intruders as a share of the ownship's."""
@@ -112,7 +112,7 @@ class Encounter:
 
     def __post_init__(self) -> None:
         for name in ("position_m", "velocity_mps"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (3,)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (3,)))
 
     @property
     def closing_mps(self) -> FloatArray:
@@ -163,7 +163,7 @@ def random_encounter(seed: int, settings: EncounterSettings | None = None) -> En
     velocity = np.array([1.0, 0.0, 0.0]) - closing * sight
     position = (settings.detected_at_m - settings.late_s * closing) * sight
     if settings.miss_m > 0.0:
-        position = _turned_off(position, settings.miss_m, rng)
+        position = _turn_off(position, settings.miss_m, rng)
     return Encounter(
         seed, settings.scale * position, settings.scale * velocity, settings.scale * 1.0
     )
@@ -181,7 +181,7 @@ def closing_speed(ahead: float, ratio: float, approaching: bool) -> float | None
     return ahead + math.sqrt(root2) if approaching else ahead - math.sqrt(root2)
 
 
-def _turned_off(position: FloatArray, miss_m: float, rng: np.random.Generator) -> FloatArray:
+def _turn_off(position: FloatArray, miss_m: float, rng: np.random.Generator) -> FloatArray:
     """The place at the same distance from which straight flight is missed by up to `miss_m`."""
     distance = float(np.linalg.norm(position))
     sight = position / distance

@@ -1,7 +1,7 @@
 """Encounters flown by the thousand: how many keep their distance, and which do not.
 
-Every encounter is one short simulated flight without sensors or obstacles, told apart by its seed
-alone, so that results do not depend on how many processes share the work.
+Every encounter is one short simulated flight without sensors or obstacles, distinguished by its
+seed alone, so that results do not depend on how many processes share the work.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from clearway.vehicle.automaton import MovementAutomaton
 SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
 """The ownship of 6.5 and its intruders, at scale 1."""
 BODY_RADIUS_M = 0.3
-"""Of the ownship, which the margins (6.14) and (6.15) of rivals are told."""
+"""Of the ownship, which the margins (6.14) and (6.15) of rivals are given."""
 AFTERWARDS_S = 10.0
 """Flown on after the straight flights have met, and half as long again as it took them."""
 CHUNK = 25
@@ -75,7 +75,7 @@ class EncounterTally:
     @property
     def hidden(self) -> str:
         """What of an encounter the planner cannot know, in words; empty for nothing."""
-        return PLANNERS.named(self.planner).hidden([REPORTED_TRAFFIC])
+        return PLANNERS.find(self.planner).describe_hidden([REPORTED_TRAFFIC])
 
     @property
     def mean_aside_m(self) -> float:
@@ -256,7 +256,7 @@ def fly_encounters(
     chunks = [seeds[at : at + CHUNK] for at in range(0, len(seeds), CHUNK)]
     # Reach sets are built and stored once, before processes load them.
     planner_at(settings.scale)
-    work = partial(_outcomes, settings, PLANNERS.located(planner))
+    work = partial(_outcomes, settings, PLANNERS.locate(planner))
     for some in run_in_processes(work, chunks, workers):
         done += some
         report(len(some))

@@ -12,7 +12,7 @@ from clearway.studies.faults.studies import ESCAPE, STUDIES, case
 from clearway.studies.processes import run_in_processes
 
 Task = tuple[str, str, float, str]
-"""Study, variant, level, ways out asked for."""
+"""Study, variant, level, escapes asked for."""
 Job = tuple[int, Task, tuple[int, ...]]
 """Number of the task, the task, seeds."""
 
@@ -27,7 +27,7 @@ class FaultFlight:
     nearest_m: float
     """To a surface: inf where nothing was near."""
     escape_mode: str
-    """Ways out that were flown: where what was asked for cannot be had, others are."""
+    """Escapes that were flown: where what was asked for cannot be had, others are."""
 
     @property
     def kept(self) -> bool:
@@ -66,7 +66,7 @@ class Point:
 
     @property
     def escape_mode(self) -> str:
-        """Ways out that were flown: the same in all flights, which have the same sensors."""
+        """Escapes that were flown: the same in all flights, which have the same sensors."""
         return self.flights[0].escape_mode
 
     @property
@@ -103,7 +103,7 @@ class Point:
 
 
 def fly_one(name: str, variant: str, level: float, seed: int, escape: str = ESCAPE) -> FaultFlight:
-    """One flight of a study; escape: ways out asked for, as `[safety] escape`."""
+    """One flight of a study; escape: escapes asked for, as `[safety] escape`."""
     study = STUDIES[name]
     run = prepare(study.variants[variant](case(study, seed, escape), level, seed)).fly()
     return FaultFlight(
@@ -124,7 +124,7 @@ def fly_studies(
 ) -> list[Point]:
     """All levels and variants of studies, by name; on_flown hears how many flights are done.
 
-    escape: ways out asked for, as `[safety] escape`.
+    escape: escapes asked for, as `[safety] escape`.
     """
     tasks = [
         (name, variant, level, escape)

@@ -26,7 +26,7 @@ CORRIDOR_M = (10.0, 50.0, 8.0)
 NEVER_S = 600.0
 """Later than any flight of a study ends: their time is up after 420 s."""
 ESCAPES = (Escape.STRICT.value, Escape.KNOWN.value, Escape.OFF.value)
-"""Ways out that can be asked for: `mapped` would be strict, since no map is declared complete."""
+"""Escapes that can be asked for: `mapped` would be strict, since no map is declared complete."""
 ESCAPE: str = SafetySection().escape
 """That of a mission file that says nothing."""
 Variant = Callable[[MissionFile, float, int], MissionFile]
@@ -47,11 +47,11 @@ class FaultStudy:
 
 
 def _simulation(key: str) -> Variant:
-    return lambda file, level, _: file.changed("simulation", **{key: level})
+    return lambda file, level, _: file.with_values("simulation", **{key: level})
 
 
 def _faults(**keys: Callable[[float], object]) -> Variant:
-    return lambda file, level, _: file.changed(
+    return lambda file, level, _: file.with_values(
         "faults", **{key: value(level) for key, value in keys.items()}
     )
 
@@ -59,7 +59,7 @@ def _faults(**keys: Callable[[float], object]) -> Variant:
 def _wind(file: MissionFile, level: float, seed: int) -> MissionFile:
     bearing = np.random.default_rng([seed, 60]).uniform(-np.pi, np.pi)
     wind = (level * float(np.cos(bearing)), level * float(np.sin(bearing)), 0.0)
-    return file.changed("simulation", wind_mps=wind)
+    return file.with_values("simulation", wind_mps=wind)
 
 
 def _dropout(file: MissionFile, level: float, _: int) -> MissionFile:
@@ -67,7 +67,7 @@ def _dropout(file: MissionFile, level: float, _: int) -> MissionFile:
     return file.model_copy(update={"lidar": lidar})
 
 
-def _charted(variant: Variant) -> Variant:
+def _chart(variant: Variant) -> Variant:
     """The same with a map that shows everything."""
 
     def with_map(file: MissionFile, level: float, seed: int) -> MissionFile:
@@ -87,9 +87,11 @@ def _missing(file: MissionFile, level: float, seed: int) -> MissionFile:
     return file.model_copy(update={"obstacle": known})
 
 
-def _blinded(variant: Variant) -> Variant:
+def _blind(variant: Variant) -> Variant:
     """The same without any scan: the map alone."""
-    return lambda file, level, seed: variant(file, level, seed).changed("faults", dead_from_s=0.0)
+    return lambda file, level, seed: variant(file, level, seed).with_values(
+        "faults", dead_from_s=0.0
+    )
 
 
 def _phantoms(file: MissionFile, level: float, seed: int) -> MissionFile:
@@ -110,8 +112,8 @@ def _phantoms(file: MissionFile, level: float, seed: int) -> MissionFile:
     return file.model_copy(update={"obstacle": file.obstacle + phantoms})
 
 
-def _tracked(variant: Variant) -> Variant:
-    return lambda file, level, seed: variant(file, level, seed).changed("traffic", tracker=True)
+def _track(variant: Variant) -> Variant:
+    return lambda file, level, seed: variant(file, level, seed).with_values("traffic", tracker=True)
 
 
 def _sector(level: float) -> tuple[float, float]:
@@ -128,11 +130,11 @@ REPORTS, TRACKER = "reports as they come", "tracker"
 
 
 def _without_and_with_map(variant: Variant) -> Mapping[str, Variant]:
-    return {LIDAR: variant, WITH_MAP: _charted(variant)}
+    return {LIDAR: variant, WITH_MAP: _chart(variant)}
 
 
 def _without_and_with_tracker(variant: Variant) -> Mapping[str, Variant]:
-    return {REPORTS: variant, TRACKER: _tracked(variant)}
+    return {REPORTS: variant, TRACKER: _track(variant)}
 
 
 STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
@@ -189,13 +191,13 @@ STUDIES: Mapping[str, FaultStudy] = MappingProxyType(
             "Obstacles missing from the map: share",
             "share",
             (0.0, 0.1, 0.25, 0.5, 0.75, 1.0),
-            {WITH_MAP: _missing, MAP_ALONE: _blinded(_missing)},
+            {WITH_MAP: _missing, MAP_ALONE: _blind(_missing)},
         ),
         "map-phantoms": FaultStudy(
             "False positives of the map: phantoms on the way",
             "phantoms",
             (0.0, 5.0, 10.0, 20.0, 40.0),
-            {WITH_MAP: _charted(_phantoms)},
+            {WITH_MAP: _chart(_phantoms)},
         ),
         "report-loss": FaultStudy(
             "Reports of traffic lost: share",
@@ -223,4 +225,4 @@ def case(study: FaultStudy, seed: int, escape: str = ESCAPE) -> MissionFile:
         file = conflict("random", seed, deviating)
     else:
         file = mission_of(ball_world(seed, BALLS), seed)
-    return file.changed("safety", escape=escape)
+    return file.with_values("safety", escape=escape)

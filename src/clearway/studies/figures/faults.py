@@ -67,7 +67,7 @@ class Panel(NamedTuple):
 def draw_faults(faults: Sequence[Panel], title: str) -> Figure:
     """One panel a fault: a line for each outcome that any flight had, arrivals with 95 % intervals.
 
-    title: of the whole, such as which ways out were flown.
+    title: of the whole, such as which escapes were flown.
     """
     across = min(COLUMNS, len(faults))
     rows = -(-len(faults) // across)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from clearway.base.errors import ClearwayError
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
-from clearway.sim import Run, decided_by_clearway
+from clearway.sim import Run, is_clearway_run
 from clearway.sim.pilot import Steering
 from clearway.studies.figures.comparison import draw_tracks
 from clearway.view.plot.assessment import assessment_figures
@@ -37,7 +37,7 @@ def draw_flight(
     >>> cw.draw_flight(run, 20.0).savefig("at-20-s.png")
     """
     name, world = run.mission.name, run.world or ObstacleMap()
-    if not decided_by_clearway(run) or not run.decisions:
+    if not is_clearway_run(run) or not run.decisions:
         if at_s is not None:
             raise ClearwayError(f"at_s: planner {run.planner} tells of no plan; draw all of it")
         whole = title or f"{name} by {run.planner}: the whole flight"

@@ -102,7 +102,7 @@ def _line(
     line: str,
     label: str | None,
 ) -> None:
-    """Two columns of a track [n, 4] against each other, broken where nobody was heard of."""
+    """Two columns of a track [n, 4] against each other, broken where nothing was reported."""
     after = np.flatnonzero(np.diff(track[:, 0]) > GAP_S) + 1
     x, y = (np.insert(track[:, column], after, np.nan) for column in columns)
     axes.plot(x, y, line, color=colour, linewidth=1.6, label=label)

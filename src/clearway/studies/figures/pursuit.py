@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from clearway.base.frames import FloatArray
 from clearway.studies.encounters.pursuit import WinMap
 
-# Okabe-Ito: told apart by colour-blind eyes too.
+# Okabe-Ito: distinguished by colour-blind eyes too.
 NONE, OPEN, WON = "#EEEEEE", "#D55E00", "#009E73"
 LABELS = {NONE: "no collision course", OPEN: "no plan found that wins", WON: "won for good"}
 

@@ -54,14 +54,14 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
     rows = figure.subplots(2, columns)
     for places, (measure, title) in zip(rows, MEASURES, strict=True):
         ranges, detours = places[0], places[-1]
-        for told, study, planner, style, beside in _told(by_range, names):
+        for told, study, planner, style, beside in _list_told(by_range, names):
             # Beside each other, or intervals would hide each other.
             at = study["range_m"] / 1e3 + ASIDE_KM * beside
             _point(ranges, at, told[measure], style, planner)
-        for told, _, planner, style, _ in _told(studies, names):
+        for told, _, planner, style, _ in _list_told(studies, names):
             _point(detours, told["mean_aside_m"], told[measure], style, planner)
         if len(kinds) > 1:
-            for told, study, planner, style, beside in _told(by_kind, names):
+            for told, study, planner, style, beside in _list_told(by_kind, names):
                 at = kinds.index(study["surveillance"]) + ASIDE_KIND * beside
                 _point(places[1], at, told[measure], style, planner)
             places[1].set_xticks(range(len(kinds)), [_kind(kind) for kind in kinds], fontsize=8)
@@ -102,7 +102,7 @@ def _series(
 Told = tuple[dict[str, Any], dict[str, Any], str, tuple[str, str], float]
 
 
-def _told(studies: Sequence[dict[str, Any]], names: Sequence[str]) -> Iterator[Told]:
+def _list_told(studies: Sequence[dict[str, Any]], names: Sequence[str]) -> Iterator[Told]:
     """What each study says of each planner, with its label, colour, mark and place beside others;
     of several of one kind the first."""
     known = set()

@@ -25,7 +25,7 @@ def draw_why(explained: Explained) -> Figure:
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
     above, over_time = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     figure.suptitle(_title(explained), fontsize="large", x=0.01, ha="left")
-    times = _drawn_times(explained)
+    times = _choose_drawn_times(explained)
     _draw_above(above, explained, times)
     _draw_distances(over_time, explained, times)
     return figure
@@ -45,7 +45,7 @@ def _title(explained: Explained) -> str:
     )
 
 
-def _drawn_times(explained: Explained) -> FloatArray:
+def _choose_drawn_times(explained: Explained) -> FloatArray:
     """Times of the poses that are drawn."""
     answer, track = explained.answer, explained.flight.track
     end_s, sights = answer.ending.time_s, answer.evidence.sights

@@ -36,10 +36,10 @@ MISSIONS = (
 
 def comparison() -> tuple[Exhibit, ...]:
     """Every planner on the missions of 6.4 and 6.5, the latter with real collisions."""
-    return tuple(_compared(mission, title) for mission, title in MISSIONS)
+    return tuple(_compare(mission, title) for mission, title in MISSIONS)
 
 
-def _compared(mission: str, title: str) -> Exhibit:
+def _compare(mission: str, title: str) -> Exhibit:
     flight = flight_of(mission)
     flights = [
         ComparedFlight(CLEARWAY, flight.run),

@@ -84,7 +84,7 @@ def patch_figure() -> tuple[Exhibit, ...]:
     radius = grid.range_m
     by_formula = float(grid.patch_area_m2(radius)[-1, -1])
     azimuth, elevation = grid.azimuth_edges_rad[-2:], grid.elevation_edges_rad[-2:]
-    by_integral = integrated_patch_m2(radius, azimuth, elevation)
+    by_integral = integrate_patch_m2(radius, azimuth, elevation)
     printed = radius**2 * float(np.diff(azimuth)[0] * np.diff(-np.cos(elevation))[0])
     return (
         Exhibit(
@@ -115,7 +115,7 @@ def patch_figure() -> tuple[Exhibit, ...]:
     )
 
 
-def integrated_patch_m2(radius_m: float, azimuth: FloatArray, elevation: FloatArray) -> float:
+def integrate_patch_m2(radius_m: float, azimuth: FloatArray, elevation: FloatArray) -> float:
     """Area [m^2] of a patch between two azimuths and two elevations [rad], without the formula.
 
     E, F and G (3.49) are made of differences of places on the ball, the tangents (3.52), and the

@@ -91,7 +91,7 @@ def trajectories_of_2_4(scene: SceneAssessment) -> tuple[int, int, int]:
     return least, middle, best
 
 
-def lowered_cells(scene: SceneAssessment, leaf: int) -> int:
+def count_lowered_cells(scene: SceneAssessment, leaf: int) -> int:
     """Cells on the way to a node that are not wholly safe."""
     reach_set = scene.reach_set
     passed = [
@@ -120,7 +120,7 @@ def _spread_findings(spread: Assessed) -> Findings:
 
 def _safety_findings(scene: SceneAssessment, chosen: tuple[int, int, int]) -> Findings:
     ratings = [float(scene.reach.node_rating[leaf]) for leaf in chosen]
-    lowered = [lowered_cells(scene, leaf) for leaf in chosen]
+    lowered = [count_lowered_cells(scene, leaf) for leaf in chosen]
     names = ("dangerous", "questionable", "safe")
     return Findings(
         claim="Three trajectories lead to the same destination: one through many unsafe cells is "

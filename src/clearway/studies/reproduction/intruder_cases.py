@@ -87,7 +87,7 @@ class Assessed:
         """[layers, columns] of a row; NaN without a trajectory."""
         return self.row(np.where(self.reach.passed, self.reach.reachability, np.nan), row)
 
-    def lost(self, row: int = MIDDLE_ROW) -> tuple[int, int]:
+    def count_lost(self, row: int = MIDDLE_ROW) -> tuple[int, int]:
         """Cells of a row with a trajectory: those not reachable, and all."""
         values = self.row_reachability(row)
         return int(np.sum(values < REACHABLE)), int(np.sum(~np.isnan(values)))
@@ -120,10 +120,10 @@ def model_cells(
     model: str, timed: bool | str = False, radius_m: float = BODY_RADIUS_M
 ) -> tuple[FloatArray, ModelCells]:
     """P_OI [cells] (5.36) of one model, and all that the model says, [cells]."""
-    return met(model, timed, radius_m, radial_vehicle_times(grid_of_6_3(), SPEED_MPS))
+    return meet_at(model, timed, radius_m, radial_vehicle_times(grid_of_6_3(), SPEED_MPS))
 
 
-def met(
+def meet_at(
     model: str, timed: bool | str, radius_m: float, times: VehicleTimes
 ) -> tuple[FloatArray, ModelCells]:
     """The same with other times of the vehicle."""

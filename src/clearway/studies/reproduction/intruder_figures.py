@@ -156,7 +156,8 @@ def cone_border(intruder: Intruder) -> Border:
 
 
 def _ahead_of(intruder: Intruder, aside: FloatArray) -> FloatArray:
-    """[n, 3] points of a ray from the intruder that goes aside by so much per second of flight."""
+    """[n, 3] points of a ray from the intruder that goes to the side by so much per second of
+    flight."""
     time_s = np.linspace(0.0, TRACK_S, 400)[:, None]
     velocity = intruder.velocity_mps + intruder.speed_mps * aside
     points: FloatArray = intruder.position_m + time_s * velocity

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.studies.reproduction.intruder_cases import (
     Assessed,
-    met,
+    meet_at,
     model_cells,
     reach_set_of_6_3,
 )
@@ -26,7 +26,7 @@ Known = tuple[float | None, float | None, float | None]
 UNKNOWN: Known = (None, None, None)
 
 
-def summed(
+def sum_measures(
     probability: FloatArray, known: Known = UNKNOWN, suffix: str = "", tolerance: float = 1e-8
 ) -> tuple[Measure, ...]:
     """How many cells are met, the sum of their probabilities, and the largest."""
@@ -52,14 +52,14 @@ def _static_line(assessed: Assessed) -> Findings:
         f"{np.count_nonzero(rated == 0.0)} of {len(rated)} trajectories pass one of them.",
         difference="Only the start differs: [6, 8, 0] is outside the grid, at an azimuth of "
         "53 degrees where the field of view ends at 45, so the line enters the grid 2 s later.",
-        measures=summed(assessed.probability, (11, 11.0, 1.0)),
+        measures=sum_measures(assessed.probability, (11, 11.0, 1.0)),
     )
 
 
-def _timed_line(assessed: Assessed) -> Findings:
+def _time_line(assessed: Assessed) -> Findings:
     probability = assessed.probability
     own_times = reach_set_vehicle_times(reach_set_of_6_3())
-    by_reach_set, _ = met("line", True, 0.0, own_times)
+    by_reach_set, _ = meet_at("line", True, 0.0, own_times)
     partly = int(np.count_nonzero((probability > 0.0) & (probability < 1.0)))
     i, j, k = np.unravel_index(int(probability.argmax()), assessed.reach_set.grid.shape)
     return Findings(
@@ -72,7 +72,7 @@ def _timed_line(assessed: Assessed) -> Findings:
         "trajectories, (5.3) and (5.4), it is the same cell alone; pink ones need times of the "
         "vehicle that the paper does not state.",
         measures=(
-            *summed(probability, (1, 1.0, 1.0)),
+            *sum_measures(probability, (1, 1.0, 1.0)),
             Measure("cells with a probability between 0 and 1", partly),
             Measure("cells met at the reach set's times", int(np.count_nonzero(by_reach_set))),
         ),
@@ -94,13 +94,13 @@ def _future_line(assessed: Assessed) -> Findings:
         "larger of the timed probability and, where the vehicle comes first, half the untimed "
         "one.",
         measures=(
-            *summed(probability, (7, 4.0, 1.0)),
-            *summed(printed, (7, 3.5, 0.5), ", (6.8) as printed"),
+            *sum_measures(probability, (7, 4.0, 1.0)),
+            *sum_measures(printed, (7, 3.5, 0.5), ", (6.8) as printed"),
         ),
     )
 
 
-def _timed_body(assessed: Assessed) -> Findings:
+def _time_body(assessed: Assessed) -> Findings:
     probability = assessed.probability
     static, _ = model_cells("body")
     wide, _ = model_cells("body", True, RADIUS_OF_6_3_M)
@@ -117,9 +117,9 @@ def _timed_body(assessed: Assessed) -> Findings:
         f"{np.count_nonzero(wide)} in all (sum {wide.sum():.3g}). The figure fits the 1 m of its "
         "own text only.",
         measures=(
-            *summed(probability, (18, 4.11593, 0.94709), tolerance=1e-3),
-            *summed(static, (71, 15.0028, 0.98659), ", untimed (6.10)", 1e-3),
-            *summed(wide_static, (137, 68.435, None), ", untimed, radius 2 m", 1e-3),
+            *sum_measures(probability, (18, 4.11593, 0.94709), tolerance=1e-3),
+            *sum_measures(static, (71, 15.0028, 0.98659), ", untimed (6.10)", 1e-3),
+            *sum_measures(wide_static, (137, 68.435, None), ", untimed, radius 2 m", 1e-3),
         ),
     )
 
@@ -146,13 +146,13 @@ def _static_spread(assessed: Assessed) -> Findings:
         "probability that the intruder's path meets the cell at all, the same cells sum to "
         f"{model.meeting.sum():.4g}.",
         measures=(
-            *summed(probability, (131, 6.58589, 0.542653), tolerance=1e-4),
-            *summed(model.meeting, (131, 11.9268, None), ", probability of meeting Q", 1e-3),
+            *sum_measures(probability, (131, 6.58589, 0.542653), tolerance=1e-4),
+            *sum_measures(model.meeting, (131, 11.9268, None), ", probability of meeting Q", 1e-3),
         ),
     )
 
 
-def _timed_spread(assessed: Assessed) -> Findings:
+def _time_spread(assessed: Assessed) -> Findings:
     probability = assessed.probability
     counts = [int(np.count_nonzero(row)) for row in _by_row(assessed)]
     return Findings(
@@ -162,18 +162,18 @@ def _timed_spread(assessed: Assessed) -> Findings:
         f"largest with {probability.max():.4g}.",
         difference="The printed caption says static uncertainty spread; the text of 6.3.6 and "
         "its flag tau = 1 say timed, as here.",
-        measures=summed(probability, (22, 0.78209, 0.193617), tolerance=1e-4),
+        measures=sum_measures(probability, (22, 0.78209, 0.193617), tolerance=1e-4),
     )
 
 
 OBSTACLE_SPACES: Mapping[str, Callable[[Assessed], Findings]] = MappingProxyType(
     {
         "6.2": _static_line,
-        "6.4": _timed_line,
+        "6.4": _time_line,
         "6.6": _future_line,
-        "6.8": _timed_body,
+        "6.8": _time_body,
         "6.10": _static_spread,
-        "6.12": _timed_spread,
+        "6.12": _time_spread,
     }
 )
 """By the number of the figure."""

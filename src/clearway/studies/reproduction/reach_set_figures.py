@@ -100,7 +100,7 @@ def _harmonic(coverage: Mapping[str, Coverage]) -> str:
     )
 
 
-def _combined(coverage: Mapping[str, Coverage]) -> str:
+def _combine(coverage: Mapping[str, Coverage]) -> str:
     chaotic, combined = coverage["chaotic"], coverage["combined"]
     return (
         f"It keeps little smoothness: {combined.smoothness:.0%} after {chaotic.smoothness:.0%}, as "
@@ -115,7 +115,7 @@ WORDS: Mapping[str, tuple[str, Callable[[Mapping[str, Coverage]], str]]] = {
         "Smooth, with long straight segments; low coverage, low count of nodes.",
         _harmonic,
     ),
-    "combined": ("Smooth, high coverage, medium count of nodes.", _combined),
+    "combined": ("Smooth, high coverage, medium count of nodes.", _combine),
 }
 """What the paper says of each method, and the difference."""
 

@@ -23,9 +23,9 @@ UPPER, LOWER = slice(4, None), slice(None, 3)
 """Columns of the paper's upper and lower part: left and right of the middle one."""
 
 
-def left_over(assessed: Assessed) -> tuple[Measure, ...]:
+def measure_left_over(assessed: Assessed) -> tuple[Measure, ...]:
     """What the figure shows in numbers."""
-    lost, passed = assessed.lost()
+    lost, passed = assessed.count_lost()
     return (
         Measure("cells of the middle layer with a trajectory", passed),
         Measure(f"of them with reachability below {REACHABLE:g}", lost),
@@ -53,7 +53,7 @@ def _last_layer(assessed: Assessed) -> Measure:
 
 
 def _static_line(assessed: Assessed) -> Findings:
-    lost, passed = assessed.lost()
+    lost, passed = assessed.count_lost()
     ahead = assessed.row_reachability()[-1]
     return Findings(
         claim="Red cells cannot be reached, green ones can. The green cells in front are "
@@ -62,19 +62,19 @@ def _static_line(assessed: Assessed) -> Findings:
         f"line's own and those behind it; {np.count_nonzero(ahead == 1.0)} cells in front, "
         "from 9 to 10 m, are free, reached above and below the line.",
         difference="",
-        measures=(*left_over(assessed), _last_layer(assessed)),
+        measures=(*measure_left_over(assessed), _last_layer(assessed)),
     )
 
 
-def _timed_line(assessed: Assessed) -> Findings:
-    lost, passed = assessed.lost()
+def _time_line(assessed: Assessed) -> Findings:
+    lost, passed = assessed.count_lost()
     return Findings(
         claim="Some cells of the middle layer have a lowered reachability in [0, 1]; the last "
         "layer is fully reachable, and the intruder can be avoided through the other layers.",
         ours=f"{lost} of {passed} cells of the middle layer are blocked: the one of fig. 6.4 and "
         "one behind it. From 9 to 10 m, and in all other layers, everything is reachable.",
         difference="Reachability is 0 or 1 and nothing between, as no cell of fig. 6.4 is pink.",
-        measures=(*left_over(assessed), _last_layer(assessed)),
+        measures=(*measure_left_over(assessed), _last_layer(assessed)),
     )
 
 
@@ -95,26 +95,26 @@ def _future_line(assessed: Assessed) -> Findings:
         f"to behind the intruder, but {right_now:.0%} of the trajectories ahead, above and below "
         "its line, cost nothing more.",
         measures=(
-            *left_over(assessed),
+            *measure_left_over(assessed),
             Measure("share of free trajectories on the left", left_now),
             Measure("share of free trajectories on the right", right_now),
         ),
     )
 
 
-def _timed_body(assessed: Assessed) -> Findings:
+def _time_body(assessed: Assessed) -> Findings:
     _, model = model_cells("body")
     assert model.indicator is not None
     whole = assess_intruder_alone(model.indicator)
     least = [_least(assessed.row_reachability(row)) for row in TOP_FIRST]
-    lost, passed = assessed.lost()
-    lost_little, _ = assessed.lost(MIDDLE_ROW + 1)
-    lost_middle, _ = whole.lost()
-    lost_beside, passed_beside = whole.lost(MIDDLE_ROW + 1)
+    lost, passed = assessed.count_lost()
+    lost_little, _ = assessed.count_lost(MIDDLE_ROW + 1)
+    lost_middle, _ = whole.count_lost()
+    lost_beside, passed_beside = whole.count_lost(MIDDLE_ROW + 1)
     return Findings(
         claim="Layers 1 and 5 are completely reachable, parts of layers 2 and 4 are not, and the "
         "middle layer is almost completely unreachable.",
-        ours=f"Least reachability by layer from the top: {_listed(least)}; {lost} of {passed} "
+        ours=f"Least reachability by layer from the top: {_list(least)}; {lost} of {passed} "
         f"cells of the middle layer are below {REACHABLE:g}.",
         difference="Timed shares of volume, (5.5) with (6.10), cost much less than the text says: "
         f"layers 2 and 4 lose {lost_little or 'no'} cells, and {passed - lost} of {passed} in the "
@@ -123,7 +123,7 @@ def _timed_body(assessed: Assessed) -> Findings:
         f"{lost_middle} of {passed} cells of the middle layer and {lost_beside} of {passed_beside} "
         "of layers 2 and 4 each.",
         measures=(
-            *left_over(assessed),
+            *measure_left_over(assessed),
             Measure("least reachability in layer 1", least[0], 1.0, "paper", 1e-8),
             Measure("least reachability in layer 5", least[4], 1.0, "paper", 1e-8),
         ),
@@ -132,7 +132,7 @@ def _timed_body(assessed: Assessed) -> Findings:
 
 def _spread_measures(assessed: Assessed) -> tuple[Measure, ...]:
     return (
-        *left_over(assessed),
+        *measure_left_over(assessed),
         *(
             Measure(
                 f"least reachability in layer {5 - row}", _least(assessed.row_reachability(row))
@@ -149,7 +149,7 @@ def _static_spread(assessed: Assessed) -> Findings:
     return Findings(
         claim="Reachability is lowered in the lower parts of layers 1 and 5 and significantly so "
         "in those of layers 2 and 4; their upper parts are safe. Layer 3 reflects fig. 6.10.",
-        ours=f"Least reachability by layer from the top: {_listed(least)}. Layer 2 has "
+        ours=f"Least reachability by layer from the top: {_list(least)}. Layer 2 has "
         f"{np.nanmean(lower):.3f} on average and {_least(lower):.3f} at least in its lower part, "
         f"{np.nanmean(upper):.3f} and {_least(upper):.3f} in its upper one.",
         difference="The two parts differ less than the text says: above and below the line the "
@@ -159,11 +159,11 @@ def _static_spread(assessed: Assessed) -> Findings:
     )
 
 
-def _timed_spread(assessed: Assessed) -> Findings:
+def _time_spread(assessed: Assessed) -> Findings:
     least = [_least(assessed.row_reachability(row)) for row in TOP_FIRST]
     return Findings(
         claim="As fig. 6.11, with the time taken into account.",
-        ours=f"Least reachability by layer from the top: {_listed(least)}; every trajectory "
+        ours=f"Least reachability by layer from the top: {_list(least)}; every trajectory "
         f"is rated {assessed.rated.min():.2f} or more.",
         difference="The printed caption says static uncertainty spread; the text of 6.3.6 says "
         "timed, as here.",
@@ -171,18 +171,18 @@ def _timed_spread(assessed: Assessed) -> Findings:
     )
 
 
-def _listed(values: list[float]) -> str:
+def _list(values: list[float]) -> str:
     return ", ".join(f"{value:.3f}" for value in values)
 
 
 REACH_SPACES: Mapping[str, Callable[[Assessed], Findings]] = MappingProxyType(
     {
         "6.3": _static_line,
-        "6.5": _timed_line,
+        "6.5": _time_line,
         "6.7": _future_line,
-        "6.9": _timed_body,
+        "6.9": _time_body,
         "6.11": _static_spread,
-        "6.13": _timed_spread,
+        "6.13": _time_spread,
     }
 )
 """By the number of the figure."""

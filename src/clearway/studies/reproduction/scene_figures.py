@@ -50,7 +50,7 @@ class Scanned:
 
 def scan_figures() -> tuple[Exhibit, ...]:
     """Figs. 2.1 and 2.2."""
-    return (_density_figure(), _overshadowed_figure())
+    return (_density_figure(), _draw_overshadowed())
 
 
 def _density_figure() -> Exhibit:
@@ -122,7 +122,7 @@ def assess_pictured_scene(
     return assess_scene(scene_of(name, content, Path(), name).scene)
 
 
-def _overshadowed_figure() -> Exhibit:
+def _draw_overshadowed() -> Exhibit:
     charted = _ball((7.5, 0, 0), 1.0)
     screens = [_ball((4.5, side, 0), 0.7) for side in (-1.1, 0.0, 1.1)]
     scene = assess_pictured_scene("figure 2.2", charted, screens)

@@ -74,9 +74,9 @@ def measure_deviations(flights: int = FLIGHTS, seed: int = 0) -> Deviations:
         movement = automaton[name]
         for _ in range(round(movement.duration_s / STEP_S)):
             noise = np.where(white[:, None], rng.uniform(-1.0, 1.0, (flights, 5)), held)
-            true = _moved(true, movement, noise)
+            true = _move(true, movement, noise)
             true[:, :3] += STEP_S * drift
-            predicted = _moved(predicted, movement, still)
+            predicted = _move(predicted, movement, still)
             rows.append(np.linalg.norm(true[:, :3] - predicted[:, :3], axis=1))
     time_s = STEP_S * np.arange(1, len(rows) + 1, dtype=np.float64)
     speed = automaton.movements[0].speed_mps
@@ -85,7 +85,7 @@ def measure_deviations(flights: int = FLIGHTS, seed: int = 0) -> Deviations:
     )
 
 
-def _moved(state: FloatArray, movement: Movement, noise: FloatArray) -> FloatArray:
+def _move(state: FloatArray, movement: Movement, noise: FloatArray) -> FloatArray:
     """States [n, 5] x, y, z, pitch, yaw of (3.20) a step later; noise [n, 5] in [-1, 1]."""
     pitch_rate = movement.pitch_rate_rps + NOISE.pitch_rate_rps * noise[:, 0]
     yaw_rate = movement.yaw_rate_rps + NOISE.yaw_rate_rps * noise[:, 1]

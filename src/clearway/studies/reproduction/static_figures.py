@@ -58,11 +58,11 @@ def _approach(flight: Flight, number: int) -> int:
     before = np.interp(at, flight.run.time_s, gap)
     closest = flight.run.time_s[int(np.argmin(gap))]
     due = np.flatnonzero((at < closest) & (before >= 2.0) & (before <= 8.0))
-    in_the_way = [_blocked(flight.run.decisions[int(index)]) for index in due]
+    in_the_way = [_count_blocked(flight.run.decisions[int(index)]) for index in due]
     return int(due[int(np.argmax(in_the_way))])
 
 
-def _blocked(entry: LoggedDecision) -> int:
+def _count_blocked(entry: LoggedDecision) -> int:
     """Cells that trajectories pass, but hardly any safely."""
     reach = entry.flight.decision.reach
     return int(np.sum(reach.passed & (reach.reachability < REACHABLE)))
@@ -210,7 +210,7 @@ def _obstacles(entry: LoggedDecision, when: str) -> Exhibit:
     cells = entry.flight.decision.cells
     grid = cells.evidence.grid
     obstacle = (cells.obstacle > 0.01).reshape(grid.shape)
-    hidden = _hidden(cells)
+    hidden = _find_hidden(cells)
     bottom = int(obstacle[:, :, 0].sum())
     rows = ", ".join(str(int(obstacle[:, :, row].sum())) for row in range(grid.rows)[::-1])
     return Exhibit(
@@ -238,7 +238,7 @@ def _obstacles(entry: LoggedDecision, when: str) -> Exhibit:
 
 
 def _visibility(entry: LoggedDecision, when: str) -> Exhibit:
-    hidden = _hidden(entry.flight.decision.cells)
+    hidden = _find_hidden(entry.flight.decision.cells)
     return Exhibit(
         "Figure 6.20",
         "visibility before the first obstacle",
@@ -256,7 +256,7 @@ def _visibility(entry: LoggedDecision, when: str) -> Exhibit:
     )
 
 
-def _hidden(cells: CellAssessment) -> BoolArray:
+def _find_hidden(cells: CellAssessment) -> BoolArray:
     """[layers, columns, rows] hidden in part or whole."""
     hidden: BoolArray = (cells.evidence.visibility < 0.99).reshape(cells.evidence.grid.shape)
     return hidden

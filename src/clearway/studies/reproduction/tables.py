@@ -49,7 +49,7 @@ WRONG = {
 def movement_tables() -> tuple[Exhibit, ...]:
     """Tables 4.1 and 4.2: each movement flown once from level flight."""
     automaton = MovementAutomaton.plane(1.0, 15.0)
-    measured = automaton.measured()
+    measured = automaton.measure()
     ends = {
         name: np.array(rows[-1])
         for name, rows in zip(measured.names, measured.offsets, strict=True)

@@ -34,7 +34,9 @@ class WantedKinds(NamedTuple):
     """[kinds + 1]"""
 
 
-def wanted(outer: Cylinder, inner: tuple[Cylinder, ...], shares: tuple[float, ...]) -> WantedKinds:
+def find_wanted_kinds(
+    outer: Cylinder, inner: tuple[Cylinder, ...], shares: tuple[float, ...]
+) -> WantedKinds:
     """Wants that give each kind its share of what is flown, if traffic flies level and straight.
 
     inner: the smallest first. shares: [inner], of those that enter a cylinder and none before it;
@@ -52,7 +54,7 @@ def wanted(outer: Cylinder, inner: tuple[Cylinder, ...], shares: tuple[float, ..
 
 
 @compiled
-def entered(entry: Floats, drift: Floats2, count: int, radius: Floats, half: Floats) -> int:
+def find_entered(entry: Floats, drift: Floats2, count: int, radius: Floats, half: Floats) -> int:
     """The first of the cylinders that a drift [n, 3] enters from a place [3] within its first
     `count` moments, straight between them; their number for none."""
     found = len(radius)
@@ -73,7 +75,7 @@ def entered(entry: Floats, drift: Floats2, count: int, radius: Floats, half: Flo
     return found
 
 
-def taken(
+def take_candidate(
     weights: FloatArray, wants: FloatArray, rng: np.random.Generator
 ) -> tuple[int, float] | None:
     """Which of the candidates [n] is flown, and what it weighs; None where none has a weight."""

@@ -17,7 +17,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.studies.encounter_model import EncounterModel, SampledTracks, sample_tracks
-from clearway.studies.risk.candidates import WantedKinds, entered, taken
+from clearway.studies.risk.candidates import WantedKinds, find_entered, take_candidate
 from clearway.studies.risk.entry import Entries
 from clearway.studies.risk.settings import RiskSettings
 
@@ -72,7 +72,7 @@ def sample_encounter(
     rng = np.random.default_rng([seed, number, 70])
     for _ in range(MOST_TRIES):
         candidates = [
-            candidate for _ in range(settings.tracks) for candidate in _drawn(model, settings, rng)
+            candidate for _ in range(settings.tracks) for candidate in _draw(model, settings, rng)
         ]
         # What does not enter has no weight in any sum, so it need not be flown.
         weights = np.array([each.weight for each in candidates])
@@ -81,7 +81,7 @@ def sample_encounter(
                 return candidates[0].encounter(number, settings)
             continue
         of = settings.wanted
-        found = taken(weights, of.want[[each.kind(of) for each in candidates]], rng)
+        found = take_candidate(weights, of.want[[each.kind(of) for each in candidates]], rng)
         if found is not None:
             chosen, weight = found
             return replace(candidates[chosen], weight=weight).encounter(number, settings)
@@ -115,7 +115,9 @@ class _Candidate:
 
     def kind(self, of: WantedKinds) -> int:
         """Which cylinder straight flight enters first of all, the smallest first."""
-        return entered(self.entry_m, self.drift_m, self.last + 1, of.radius_m, of.half_height_m)
+        return find_entered(
+            self.entry_m, self.drift_m, self.last + 1, of.radius_m, of.half_height_m
+        )
 
     def encounter(self, number: int, settings: RiskSettings) -> ModelEncounter:
         velocity, tracks = self.velocity_mps, self.tracks
@@ -133,7 +135,7 @@ class _Candidate:
         )
 
 
-def _drawn(
+def _draw(
     model: EncounterModel, settings: RiskSettings, rng: np.random.Generator
 ) -> Iterator[_Candidate]:
     """Ways in which one track enters."""
@@ -147,7 +149,7 @@ def _drawn(
     own = np.array([settings.own_mps, 0.0, 0.0])
     drift = path - tracks.time_s[:, None] * own
     layer = int(tracks.bins[0, 0, model.index("L")])
-    landed = _landed(model, tracks)
+    landed = _find_landing(model, tracks)
     met = drift[: min(int(settings.within_s * STEPS_PER_S), landed) + 1]
     entries = Entries(settings.shells, velocity[0] - own, met)
     upwards = np.array([1.0, 1.0, settings.stretch])
@@ -160,7 +162,7 @@ def _drawn(
         yield _Candidate(tracks, layer, path, velocity, drift, entry, weight, nearest, last, landed)
 
 
-def _landed(model: EncounterModel, tracks: SampledTracks) -> int:
+def _find_landing(model: EncounterModel, tracks: SampledTracks) -> int:
     """Return the sample at which a track reaches the ground, where its model's scale begins."""
     last = len(tracks.time_s) - 1
     if model.span("L")[0] > 0.0:

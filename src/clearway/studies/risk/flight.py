@@ -38,13 +38,14 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 INTRUDER = "intruder"
 BODY_SHARE = 0.25
-"""Body radius that the margins (6.14) and (6.15) are told, of the margin: as 0.3 of 1.2 m."""
+"""Body radius that the margins (6.14) and (6.15) are given, of the margin: as 0.3 of 1.2 m."""
 STEP_S = 0.05
 LEFT_M = 1.0
 """Nearer than this to its place in straight flight, an ownship has not manoeuvred."""
 VIEW = (100.0, 15, 65.0, 9)
 """Half of the grid's azimuth in degrees, its columns; half of its elevation, its rows. Reports come
-from all around, and a plan that soon leaves the grid is held against too little of the future."""
+from all around, and a plan that soon leaves the grid is checked against too little of the
+future."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +138,7 @@ class EncounterTraffic:
         ]
 
     def bodies(self, time_s: float) -> list[Obstacle]:
-        """None: it is heard of only."""
+        """None: it is reported only."""
         del time_s
         return []
 

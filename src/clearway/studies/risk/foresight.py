@@ -43,7 +43,7 @@ def foreseen(encounter: ModelEncounter, settings: RiskSettings) -> Foreseen:
     """What the best of all manoeuvres comes to, begun when the first report of straight flight is
     heard, a reaction time later."""
     able = choose_performance(settings)
-    heard_s = _heard_s(encounter, settings)
+    heard_s = _find_first_report_s(encounter, settings)
     begins_s = math.ceil(min(heard_s, encounter.lasts_s)) + able.reaction_s
     times = np.arange(0.0, encounter.lasts_s + 1e-9, 1.0 / STEPS_PER_S)
     other = encounter.at_all(times)
@@ -75,7 +75,7 @@ def foreseen(encounter: ModelEncounter, settings: RiskSettings) -> Foreseen:
     return Foreseen(heard_s, one_keeps(WELL_CLEAR), one_keeps(NEAR_COLLISION))
 
 
-def _heard_s(encounter: ModelEncounter, settings: RiskSettings) -> float:
+def _find_first_report_s(encounter: ModelEncounter, settings: RiskSettings) -> float:
     """When straight flight hears the first report."""
     seed = (settings.surveillance_seed, encounter.number, 72)
     watch = Watch(surveillance_of(settings), encounter.at, encounter.lasts_s, seed)

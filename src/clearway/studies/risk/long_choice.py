@@ -23,7 +23,7 @@ def long_planner(name: str) -> LongPlanner:
     if name.startswith(PREFIX):
         read_networks(name.removeprefix(PREFIX))
         return partial(follow_advisories, folder=name.removeprefix(PREFIX))
-    return LONG_PLANNERS.named(name)
+    return LONG_PLANNERS.find(name)
 
 
 def locate_long(name: str) -> str:

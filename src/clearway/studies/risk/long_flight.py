@@ -20,7 +20,7 @@ from clearway.studies.risk.long_planners import LongPlanner, LongView, Steer
 from clearway.studies.risk.settings import RiskSettings
 from clearway.traffic.growth import LIGHT_AIRCRAFT
 from clearway.traffic.surveillance import SURVEILLANCES, Surveillance, Watch
-from clearway.traffic.tracking.smooth import TRACK_COAST_S, SmoothTrack, followed
+from clearway.traffic.tracking.smooth import TRACK_COAST_S, SmoothTrack, follow_report
 from clearway.traffic.volumes import VOLUME_SETS, VolumeSet
 from clearway.vehicle.performance import PERFORMANCES, Performance
 
@@ -63,13 +63,13 @@ def _reversals(signs: list[int]) -> int:
 
 def surveillance_of(settings: RiskSettings) -> Surveillance:
     """The kind that the settings name, with their range where they say one."""
-    kind = SURVEILLANCES.named(settings.surveillance)
+    kind = SURVEILLANCES.find(settings.surveillance)
     return replace(kind, range_m=settings.range_m) if settings.range_m else kind
 
 
 def choose_performance(settings: RiskSettings) -> Performance:
     """The airframe that the settings name, with their reaction time where they say one."""
-    able = PERFORMANCES.named(settings.vehicle)
+    able = PERFORMANCES.find(settings.vehicle)
     if settings.reaction_s is None:
         return able
     return replace(able, reaction_s=settings.reaction_s)
@@ -107,11 +107,11 @@ def fly_long(
         if k % STEPS_PER_S == 0:
             for report in watch.until(time_s, state[:3]):
                 heard += 1
-                track = followed(track, report)
+                track = follow_report(track, report)
             view.motion = _motion(state)
             view.others = _others(track, time_s)
             began = perf_counter()
-            steer = steers(view) if view.others else flown_home(view)
+            steer = steers(view) if view.others else fly_home(view)
             if view.others:
                 took.append(perf_counter() - began)
             view.before = steer
@@ -125,7 +125,7 @@ def fly_long(
     return LongFlight(time, own, encounter.at_all(time), tuple(steered), heard, tuple(took))
 
 
-def flown_home(view: LongView) -> Steer:
+def fly_home(view: LongView) -> Steer:
     """What is wanted: the course, and back to the height."""
     view.choice = None
     off = view.wanted.height_m - float(view.motion.position_m[2])

@@ -102,17 +102,17 @@ class LongTuning:
     """Of the outermost volume, buffers included."""
     horizon_s: float
     climb_weight: float = 3.0
-    """How much dearer a metre a second of climb is than one of level velocity."""
+    """How much more expensive a metre a second of climb is than one of level velocity."""
 
 
 MVP_TUNING = LongTuning(1.1, 60.0)
 VO_TUNING = LongTuning(1.3, 60.0)
 
 
-def modified_voltage(view: LongView, tuning: LongTuning = MVP_TUNING) -> Steer:
+def make_modified_voltage(view: LongView, tuning: LongTuning = MVP_TUNING) -> Steer:
     """Modified voltage potential: the wished velocity, changed by the shortest way out of a
     cylinder."""
-    wished = _wished(view)
+    wished = _find_wished(view)
     change = np.zeros(3)
     radius, half = _zone(view, tuning)
     for other in view.others:
@@ -136,12 +136,12 @@ def modified_voltage(view: LongView, tuning: LongTuning = MVP_TUNING) -> Steer:
         change[:2] += (radius / graze - missed) / closest_s * away
         up = 1.0 if float(miss[2]) >= 0.0 else -1.0
         change[2] += up * (half - abs(float(miss[2]))) / max(enters_s, 1.0)
-    return _steered(view, wished + change, bool(change.any()))
+    return _steer(view, wished + change, bool(change.any()))
 
 
 def avoid_velocity_obstacles(view: LongView, tuning: LongTuning = VO_TUNING) -> Steer:
     """Velocity obstacles: of many velocities the nearest to the wished one that meets nobody."""
-    wished = _wished(view)
+    wished = _find_wished(view)
     able = view.performance
     courses = view.wanted.course_rad + np.radians(np.arange(-180.0, 180.0, 10.0))
     speeds = np.linspace(max(able.slowest_mps, 0.5 * able.speed_mps), able.speed_mps, 3)
@@ -154,7 +154,7 @@ def avoid_velocity_obstacles(view: LongView, tuning: LongTuning = VO_TUNING) -> 
     free = np.ones(len(velocity), dtype=np.bool_)
     enters = np.full(len(velocity), np.inf)
     for other in view.others:
-        within = _entered(
+        within = _find_entering_s(
             other.position_m - view.motion.position_m,
             other.velocity_mps - velocity,
             radius,
@@ -165,10 +165,10 @@ def avoid_velocity_obstacles(view: LongView, tuning: LongTuning = VO_TUNING) -> 
         enters = np.minimum(enters, within)
     away = np.linalg.norm((velocity - wished) * [1.0, 1.0, tuning.climb_weight], axis=1)
     best = int(np.argmin(away + 1e6 * ~free - np.where(free, 0.0, 1e3 * np.minimum(enters, 1e3))))
-    return _steered(view, velocity[best], best != 0)
+    return _steer(view, velocity[best], best != 0)
 
 
-def _entered(
+def _find_entering_s(
     apart: FloatArray, rush: FloatArray, radius: float, half: float, horizon_s: float
 ) -> FloatArray:
     """[n] seconds until a cylinder is entered with velocities [n, 3]; inf for not in time."""
@@ -195,7 +195,7 @@ def _zone(view: LongView, tuning: LongTuning) -> tuple[float, float]:
     return tuning.zone * kept.radius_m, tuning.zone * kept.half_height_m
 
 
-def _wished(view: LongView) -> FloatArray:
+def _find_wished(view: LongView) -> FloatArray:
     wanted = view.wanted
     level = wanted.speed_mps * np.array([math.cos(wanted.course_rad), math.sin(wanted.course_rad)])
     return np.array([*level, go_back(view)])
@@ -207,7 +207,7 @@ def go_back(view: LongView) -> float:
     return max(-view.performance.sink_mps, min(view.performance.climb_mps, 0.2 * off))
 
 
-def _steered(view: LongView, velocity: FloatArray, avoids: bool) -> Steer:
+def _steer(view: LongView, velocity: FloatArray, avoids: bool) -> Steer:
     able = view.performance
     speed = math.hypot(float(velocity[0]), float(velocity[1]))
     course = math.atan2(float(velocity[1]), float(velocity[0]))
@@ -226,7 +226,7 @@ LONG_PLANNERS: Variants[LongPlanner] = Variants(
     "planner",
     {
         CLEARWAY: by_resolver,
-        "mvp": modified_voltage,
+        "mvp": make_modified_voltage,
         "velocity-obstacle": avoid_velocity_obstacles,
         STRAIGHT: straight_on,
     },

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.base.intervals import Interval, weighted_share
+from clearway.base.intervals import Interval, bound_weighted_share
 from clearway.studies.risk.ratios import weigh_encounters
 from clearway.studies.risk.study import RiskStudy
 
@@ -33,8 +33,8 @@ def compute_nuisance(study: RiskStudy, planner: str) -> Nuisance:
     moved = np.array([each.of(planner).manoeuvred for each in study.outcomes])
     extra = np.array([each.of(planner).extra_path_m for each in study.outcomes])
     return Nuisance(
-        of_clear=weighted_share(moved[clear], weights[clear]),
-        of_manoeuvres=weighted_share(clear[moved], weights[moved]),
+        of_clear=bound_weighted_share(moved[clear], weights[clear]),
+        of_manoeuvres=bound_weighted_share(clear[moved], weights[moved]),
         extra_path_m=_mean(extra[moved], weights[moved]),
         extra_path_each_m=_mean(extra, weights),
     )

@@ -15,7 +15,7 @@ import numpy as np
 from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.base.intervals import Interval, poisson_sum, ratio_of, sum_of, weighted_share
+from clearway.base.intervals import Interval, bound_weighted_share, poisson_sum, ratio_of, sum_of
 from clearway.base.state import BoolArray
 from clearway.studies.risk.outcome import RiskOutcome
 from clearway.studies.risk.settings import STRAIGHT
@@ -99,7 +99,7 @@ def compute_risk(study: RiskStudy, planner: str, measure: str) -> Risk:
     induced = bad & ~without
     unseen = _weight_of_one(study, planner, measure, weights)
     before = poisson_sum(weights[without], unseen)
-    unresolved = weighted_share(bad[without], weights[without])
+    unresolved = bound_weighted_share(bad[without], weights[without])
     of_induced = ratio_of(poisson_sum(weights[induced], unseen), before)
     if not np.any(without):
         unresolved = Interval(np.nan, 0.0, np.inf)

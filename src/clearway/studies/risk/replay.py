@@ -73,7 +73,7 @@ class Replayed:
         }
 
 
-def replayed(
+def replay_encounter(
     model: EncounterModel,
     number: int,
     planners: Sequence[str],
@@ -89,7 +89,7 @@ def replayed(
     separations = {STRAIGHT: separation(straight, other, settings)}
     said, flown = {}, {}
     for planner in planners:
-        when, own, said[planner] = _flown(encounter, planner, settings)
+        when, own, said[planner] = _fly(encounter, planner, settings)
         beside = encounter.at_all(when)
         flown[planner] = (when, own, beside)
         separations[planner] = separation(own, beside, settings)
@@ -98,20 +98,22 @@ def replayed(
     return Replayed(encounter, said, separations, tracks)
 
 
-def _flown(
+def _fly(
     encounter: ModelEncounter, planner: str, settings: RiskSettings
 ) -> tuple[FloatArray, FloatArray, list[tuple[float, str]]]:
-    """Times [n], true own path [n, 3], and what was said when."""
+    """Times [n], true own path [n, 3], and what was stated when."""
     if settings.vehicle:
         flight = fly_long(encounter, planner, settings)
-        told = [(time_s, steer.reason or _steered(steer)) for time_s, steer in flight.steered]
+        told = [
+            (time_s, steer.reason or _describe_steering(steer)) for time_s, steer in flight.steered
+        ]
         return flight.time_s, flight.own_m, told
     run = fly_model_encounter(encounter, planner, settings)
     told = [(entry.flight.time_s, entry.flight.explanation) for entry in run.decisions]
     return run.time_s, true_path_m(run, settings), told
 
 
-def _steered(steer: Steer) -> str:
+def _describe_steering(steer: Steer) -> str:
     course = float(np.degrees(steer.course_rad))
     return f"course {course:.0f} deg, {steer.speed_mps:.0f} m/s, climb {steer.climb_mps:.1f} m/s"
 

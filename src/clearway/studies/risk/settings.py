@@ -15,7 +15,7 @@ from typing import Any
 from clearway.base.checks import collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
-from clearway.studies.risk.candidates import WantedKinds, wanted
+from clearway.studies.risk.candidates import WantedKinds, find_wanted_kinds
 from clearway.studies.risk.cylinder import Cylinder
 from clearway.studies.risk.entry import Shells
 from clearway.traffic.surveillance import SURVEILLANCES
@@ -87,7 +87,7 @@ class RiskSettings:
     report_s: float = 1.0
     """Time between reports."""
     spare: float = 1.15
-    """Margin that planners are told to keep, in margins: intruders turn."""
+    """Margin that planners are asked to keep, in margins: intruders turn."""
     radius_nmi: float = 3.0
     """Of the encounter cylinder about the ownship, at whose border an encounter begins."""
     half_height_ft: float = 1500.0
@@ -146,8 +146,8 @@ class RiskSettings:
     def _real_scale_problems(self) -> list[str]:
         if not self.vehicle:
             return []
-        PERFORMANCES.named(self.vehicle)
-        SURVEILLANCES.named(self.surveillance)
+        PERFORMANCES.find(self.vehicle)
+        SURVEILLANCES.find(self.surveillance)
         problems = collect_problems(
             number_problem(name, getattr(self, name), low, high)
             for name, (low, high) in VALID_WHERE_GIVEN.items()
@@ -169,7 +169,7 @@ class RiskSettings:
         **others: Any,
     ) -> RiskSettings:
         """Encounters in the true world: a cylinder beyond what is heard, and time to cross it."""
-        able, kind = PERFORMANCES.named(vehicle), SURVEILLANCES.named(surveillance)
+        able, kind = PERFORMANCES.find(vehicle), SURVEILLANCES.find(surveillance)
         heard_nmi = (range_m or kind.range_m) / NAUTICAL_MILE_M
         radius_nmi = max(3.0, heard_nmi + 0.5)
         return cls(
@@ -211,7 +211,7 @@ class RiskSettings:
     def wanted(self) -> WantedKinds:
         """What is flown of the candidates: three in four lose well clear without avoidance."""
         inner = (COLLISION, NEAR_COLLISION, WELL_CLEAR, NEAR)
-        return wanted(self.outer, inner, (0.03, 0.32, 0.4, 0.15))
+        return find_wanted_kinds(self.outer, inner, (0.03, 0.32, 0.4, 0.15))
 
     @property
     def margin_m(self) -> float:

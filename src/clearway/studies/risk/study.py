@@ -31,14 +31,14 @@ class RiskStudy:
     outcomes: tuple[RiskOutcome, ...]
     """Ascending by number."""
 
-    def hidden_from(self, planner: str) -> str:
+    def describe_hidden(self, planner: str) -> str:
         """What of an encounter a planner cannot know, in words; empty for nothing.
 
         At real scale all planners hear the same reports.
         """
         if self.settings.vehicle or planner == STRAIGHT:
             return ""
-        return PLANNERS.named(planner).hidden([REPORTED_TRAFFIC])
+        return PLANNERS.find(planner).describe_hidden([REPORTED_TRAFFIC])
 
 
 def study(
@@ -63,7 +63,7 @@ def study(
         raise ClearwayError(f"workers: must be at least 1, got {workers}")
     if not numbers:
         raise ClearwayError("risk: at least one encounter is needed")
-    find = locate_long if settings.vehicle else PLANNERS.located
+    find = locate_long if settings.vehicle else PLANNERS.locate
     flown_by = {planner: find(planner) for planner in planners}
     job = _Job(model, flown_by, settings, seed)
     if not settings.vehicle:

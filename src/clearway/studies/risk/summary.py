@@ -73,7 +73,7 @@ def summary(
         "planners": {
             name: measures
             | {
-                "hidden": result.hidden_from(name),
+                "hidden": result.describe_hidden(name),
                 "with_emergency": emergencies[name],
                 "decision_ms": finite(decision_ms(result, name)),
                 "nuisance": _nuisance(result, name),
@@ -116,7 +116,7 @@ def replay_command(result: RiskStudy, model: EncounterModel, planner: str, numbe
         ("--reaction-s", settings.reaction_s, None),
         ("--floor-ft", settings.floor_ft, 50.0),
         ("--ceiling-ft", settings.ceiling_ft, 6000.0),
-        *(() if settings.vehicle else _stretched(settings)),
+        *(() if settings.vehicle else _stretch(settings)),
     ):
         if value != default and (settings.vehicle or option != "--surveillance"):
             words += [option, f"{value:g}" if isinstance(value, float) else str(value)]
@@ -125,7 +125,7 @@ def replay_command(result: RiskStudy, model: EncounterModel, planner: str, numbe
     return shlex.join([*words, "--planners", planner, "--only", str(number)])
 
 
-def _stretched(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]:
+def _stretch(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]:
     noise = f"{settings.position_std_m:g},{settings.velocity_std_mps:g}"
     return (
         ("--own-kt", settings.own_kt, 50.0),
@@ -138,7 +138,7 @@ def _stretched(settings: RiskSettings) -> tuple[tuple[str, object, object], ...]
 def _manners(result: RiskStudy, planner: str, model: EncounterModel) -> dict[str, Any]:
     """Changes of mind, and the worst encounters with the commands that fly them again."""
     sides, senses = mean_reversals(result, planner)
-    worst = [] if result.hidden_from(planner) else worst_cases(result, planner)
+    worst = [] if result.describe_hidden(planner) else worst_cases(result, planner)
     return {
         "side_reversals": finite(sides),
         "sense_reversals": finite(senses),
@@ -175,7 +175,7 @@ def _layers(result: RiskStudy, model: EncounterModel) -> list[dict[str, Any]]:
             "encounters": len(part.outcomes),
         }
         for planner in result.planners:
-            if result.hidden_from(planner):
+            if result.describe_hidden(planner):
                 row[planner] = {
                     name: {"ratio": None, "ratio_95": [None, None]} for name in LARGEST_RATIOS
                 }
@@ -193,7 +193,7 @@ def _measures(result: RiskStudy, planner: str, limits: RiskLimits) -> dict[str, 
     """Every measure of one planner, with its interval and its cases."""
     measures: dict[str, Any] = {}
     for name in MEASURES:
-        if result.hidden_from(planner):
+        if result.describe_hidden(planner):
             measures[name] = dict(NOTHING_TOLD)
             continue
         found = compute_risk(result, planner, name)

@@ -27,7 +27,7 @@ class CrashCause(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """Everything that is told of a flight."""
+    """Everything that is reported of a flight."""
 
     cause: CrashCause
     ending: Ending

@@ -20,17 +20,17 @@ from clearway.studies.why.ending import Ending
 from clearway.studies.why.speeds import velocity_at
 from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import PlacedReading
-from clearway.vehicle.scale import suited_reach_m
+from clearway.vehicle.scale import suit_reach_m
 
 MOST_DECISIONS = 60
 """Of the decisive seconds; readings between them are taken in without one."""
 STEP_S, PARTS = 0.25, 5
-"""Between states of a plan that are computed, and into how many parts the way between is divided
-to be held against returns."""
+"""Between states of a plan that are computed, and into how many parts the way between is divided to
+be checked against returns."""
 FLOWN_S = 16.0
 """Of a plan and its escape, at most."""
 SIDE_SHARE = 0.5
-"""Of the margin that a plan must lead aside, up, or back to be called so."""
+"""Of the margin that a plan must lead to the side, up, or back to be called so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +73,7 @@ def decide_along(
             system.catch_up(time_s)
             continue
         decided_s = time_s
-        found.append(_decided(system, judge, solid, time_s))
+        found.append(_make_decided(system, judge, solid, time_s))
     return tuple(found)
 
 
@@ -82,7 +82,7 @@ def _system(flight: RecordedFlight, judge: Judge, states: list[State]) -> Avoida
     mission = mission_along(
         [_moving(flight, one) for one in states],
         planner.grid.range_m,
-        suited_reach_m(planner.automaton),
+        suit_reach_m(planner.automaton),
     )
     system = AvoidanceSystem(
         planner, mission, lidars=judge.lidars, obstacle_map=judge.setup.obstacle_map
@@ -125,7 +125,9 @@ def _tree(points: list[FloatArray], axes: int) -> cKDTree:
     return cKDTree(np.concatenate([np.zeros((0, axes)), *points]))
 
 
-def _decided(system: AvoidanceSystem, judge: Judge, solid: Solid, time_s: float) -> FlownDecision:
+def _make_decided(
+    system: AvoidanceSystem, judge: Judge, solid: Solid, time_s: float
+) -> FlownDecision:
     flight = system.decide(time_s)
     way = _way(system, judge, time_s)
     charted = judge.setup.obstacle_map.distance_m(way)
@@ -154,7 +156,7 @@ def _way(system: AvoidanceSystem, judge: Judge, time_s: float) -> FloatArray:
         if state is None:
             break
         places.append(state.position_m)
-    way = _divided(np.array(places).reshape(-1, 3))
+    way = _divide(np.array(places).reshape(-1, 3))
     automaton = judge.setup.planner.automaton
     if not automaton.can_stop and len(way) > 1 and len(places) * STEP_S < FLOWN_S:
         step = way[-1] - way[-2]
@@ -164,7 +166,7 @@ def _way(system: AvoidanceSystem, judge: Judge, time_s: float) -> FloatArray:
     return way
 
 
-def _divided(places_m: FloatArray) -> FloatArray:
+def _divide(places_m: FloatArray) -> FloatArray:
     """Places [n, 3] with others evenly between them."""
     if len(places_m) < 2:
         return places_m

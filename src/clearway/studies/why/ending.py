@@ -12,7 +12,7 @@ from clearway.io.flights.recorded import RecordedFlight
 from clearway.io.poses.pose_track import PoseTrack
 from clearway.studies.why.speeds import SPAN_S, track_speeds, velocity_at
 from clearway.studies.why.vehicle import Judge
-from clearway.studies.why.views import placed_readings
+from clearway.studies.why.views import place_readings
 
 BEFORE_S = 1.0
 """Whose mean speed a stop is compared with."""
@@ -134,7 +134,7 @@ def _nearest_returns(flight: RecordedFlight) -> tuple[FloatArray, FloatArray]:
             one.reading.time_s,
             float(np.linalg.norm(one.points_m - one.state.position_m, axis=1).min()),
         )
-        for one in placed_readings(flight)
+        for one in place_readings(flight)
         if len(one.points_m)
     ]
     table = np.array(rows, dtype=np.float64).reshape(-1, 2)
@@ -180,7 +180,7 @@ def _at(flight: RecordedFlight, judge: Judge, event: Event, time_s: float, told_
     around = judge.body_m + judge.margin_m
     near = [
         one.points_m[np.linalg.norm(one.points_m - place, axis=1) <= around]
-        for one in placed_readings(flight, time_s - BEFORE_S * 30.0, time_s + BEFORE_S)
+        for one in place_readings(flight, time_s - BEFORE_S * 30.0, time_s + BEFORE_S)
         if not one.reading.half_width_rad
     ]
     returns = np.concatenate([np.zeros((0, 3)), *near])

@@ -79,7 +79,7 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CrashEvidence:
-    """All that causes are told apart by."""
+    """All that causes are distinguished by."""
 
     readings: int
     """In the decisive seconds."""
@@ -140,7 +140,7 @@ def _map_shift(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> M
         return None
     if float(charted.distance_m(ending.danger_m[None])[0]) < FITS_SHARE * margin:
         return None
-    points, whose = _thinned(readings)
+    points, whose = _thin(readings)
     if not len(whose) or whose[-1] + 1 < FEWEST_RETURNS:
         return None
 
@@ -168,7 +168,7 @@ def _starts(whose: IntArray) -> IntArray:
     return np.flatnonzero(np.concatenate([[True], np.diff(whose) != 0]))
 
 
-def _thinned(readings: list[PlacedReading]) -> tuple[FloatArray, IntArray]:
+def _thin(readings: list[PlacedReading]) -> tuple[FloatArray, IntArray]:
     """Points of at most so many returns, evenly over the readings, and whose each is."""
     total = sum(len(one.reading.points_m) for one in readings)
     step, points, whose, count = max(1, total // MOST_FITTED), [np.zeros((0, 3))], [], 0

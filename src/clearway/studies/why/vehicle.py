@@ -58,14 +58,14 @@ def judge_of(flight: RecordedFlight, mission: Path | None, notice: Notice | None
         tables = tomllib.loads(flight.mission_toml)
         file = parse_model(flight.source, tables, MissionFile)
     else:
-        file, note = _assumed(flight)
+        file, note = _assume(flight)
         notes = (note,)
     setup = prepare(file, notice)
     lidars = _lidars(flight, setup, stated=not notes)
     return Judge(file, setup, lidars, notes)
 
 
-def _assumed(flight: RecordedFlight) -> tuple[MissionFile, str]:
+def _assume(flight: RecordedFlight) -> tuple[MissionFile, str]:
     """A multirotor as fast as the log's."""
     speed = max(SLOWEST_MPS, round(float(np.percentile(track_speeds(flight.track), 99.0)), 1))
     tables: dict[str, Any] = {
@@ -93,11 +93,11 @@ def _lidars(flight: RecordedFlight, setup: FlightSetup, *, stated: bool) -> tupl
         elif in_order:
             found.append(replace(in_order[number], name=sensor.name))
         else:
-            found.extend(_estimated(sensor))
+            found.extend(_estimate(sensor))
     return tuple(found)
 
 
-def _estimated(sensor: RecordedSensor) -> list[AnySensor]:
+def _estimate(sensor: RecordedSensor) -> list[AnySensor]:
     """Beams estimated from the first scan that shows them; none where no scan does."""
     if sensor.sequence is None:
         return []

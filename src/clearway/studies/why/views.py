@@ -33,21 +33,19 @@ class PlacedReading:
     """[m] number of each point's return."""
 
 
-def placed_readings(
+def place_readings(
     flight: RecordedFlight, begin_s: float = -np.inf, end_s: float = np.inf
 ) -> Iterator[PlacedReading]:
     """Readings of all sensors within times, sensor by sensor; those without a pose are left out."""
     for sensor in flight.sensors:
         for reading in sensor.readings():
             if begin_s <= reading.time_s <= end_s:
-                placed = _placed(sensor, reading, flight.track)
+                placed = _place(sensor, reading, flight.track)
                 if placed is not None:
                     yield placed
 
 
-def _placed(
-    sensor: RecordedSensor, reading: RangeReading, track: PoseTrack
-) -> PlacedReading | None:
+def _place(sensor: RecordedSensor, reading: RangeReading, track: PoseTrack) -> PlacedReading | None:
     state = track.at(reading.time_s)
     if state is None:
         return None
@@ -61,5 +59,5 @@ def _placed(
 
 def decisive_readings(flight: RecordedFlight, end_s: float) -> tuple[PlacedReading, ...]:
     """Readings of the decisive seconds, in the order of time."""
-    found = placed_readings(flight, end_s - DECISIVE_S, end_s + AFTER_S)
+    found = place_readings(flight, end_s - DECISIVE_S, end_s + AFTER_S)
     return tuple(sorted(found, key=lambda one: one.reading.time_s))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.studies.why.causes import Answer, CrashCause
 from clearway.studies.why.decisions import FlownDecision
 from clearway.studies.why.ending import Event
@@ -135,43 +135,44 @@ def explain_as_json(explained: Explained) -> dict[str, Any]:
         "cause": str(answer.cause),
         "event": str(ending.event),
         "known_by": ending.told_by,
-        "clock_start_s": rounded(start),
-        "time_s": rounded(ending.time_s - start),
+        "clock_start_s": round_number(start),
+        "time_s": round_number(ending.time_s - start),
         "place_m": ending.place_m.tolist(),
         "danger_m": ending.danger_m.tolist(),
-        "nearest_m": rounded(ending.nearest_m),
+        "nearest_m": round_number(ending.nearest_m),
         "margin_m": explained.judge.margin_m,
         "body_radius_m": explained.judge.body_m,
-        "needed_m": rounded(explained.judge.needed_m),
+        "needed_m": round_number(explained.judge.needed_m),
         "readings": evidence.readings,
         "sights": [
             {
                 "sensor": one.sensor,
-                "time_s": rounded(one.time_s - start),
-                "away_m": rounded(one.away_m),
+                "time_s": round_number(one.time_s - start),
+                "away_m": round_number(one.away_m),
             }
             for one in evidence.sights
         ],
         "silent": [
-            {"sensor": one.sensor, "last_s": rounded(one.last_s - start)} for one in evidence.silent
+            {"sensor": one.sensor, "last_s": round_number(one.last_s - start)}
+            for one in evidence.silent
         ],
         "map_shift_m": None if shift is None else shift.shift_m.tolist(),
         "undeclared_wind_mps": None if drift is None else drift.wind_mps.tolist(),
-        "clearway": _flown(answer.acted, start),
-        "last_clear": _flown(answer.last_clear, start),
+        "clearway": _describe_flown(answer.acted, start),
+        "last_clear": _describe_flown(answer.last_clear, start),
         "decisions": len(answer.decisions),
         "notes": [*explained.flight.notes, *explained.judge.notes],
     }
 
 
-def _flown(one: FlownDecision | None, start: float) -> dict[str, Any] | None:
+def _describe_flown(one: FlownDecision | None, start: float) -> dict[str, Any] | None:
     if one is None:
         return None
     return {
-        "time_s": rounded(one.time_s - start),
+        "time_s": round_number(one.time_s - start),
         "mode": str(one.mode),
         "manoeuvre": one.manoeuvre,
-        "kept_m": rounded(one.kept_m),
+        "kept_m": round_number(one.kept_m),
         "holds_escape": one.holds_escape,
         "explanation": one.explanation,
     }

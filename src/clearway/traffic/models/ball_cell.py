@@ -142,7 +142,7 @@ def cell_distance(x: float, y: float, z: float, i: int, j: int, k: int, borders:
 
 
 @compiled
-def filled_share(
+def compute_filled_share(
     x: float,
     y: float,
     z: float,

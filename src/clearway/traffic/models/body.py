@@ -15,7 +15,7 @@ from clearway.traffic.models.ball_cell import (
     BOUND_M,
     CellParts,
     cell_parts,
-    filled_share,
+    compute_filled_share,
 )
 from clearway.traffic.models.borders import (
     Borders,
@@ -134,7 +134,7 @@ def _share(
 ) -> tuple[float, float]:
     """Share of a cell that the ball fills after a length, and its change by length."""
     x, y, z = ball.x + s * ball.ux, ball.y + s * ball.uy, ball.z + s * ball.uz
-    return filled_share(x, y, z, ball.radius, (ball.ux, ball.uy, ball.uz), place, parts)
+    return compute_filled_share(x, y, z, ball.radius, (ball.ux, ball.uy, ball.uz), place, parts)
 
 
 @compiled

@@ -125,7 +125,7 @@ def assess_intruders(
     it needs `vehicle_times`. With these given each model carries its timed probability even where
     `timed` is False. Raises ClearwayError naming the valid choices.
     """
-    rule = _checked_rule(models, timed, vehicle_times)
+    rule = _check_rule(models, timed, vehicle_times)
     direction = np.array(up, dtype=np.float64)
     if direction.shape != (3,) or not 0.0 < abs(direction).max() < np.inf:
         raise ClearwayError(f"up: a direction of 3 finite numbers is needed, got {up!r}")
@@ -189,11 +189,11 @@ def combine_intruders(each: FloatArray) -> FloatArray:
     """Probability [cells] of meeting any of n intruders of [n, cells], 1 - prod(1 - P) (5.37)."""
     if len(each) == 1:
         return np.array(each[0])
-    return _combined(np.ascontiguousarray(each))
+    return _combine(np.ascontiguousarray(each))
 
 
 @compiled
-def _combined(each: Floats2) -> Floats:
+def _combine(each: Floats2) -> Floats:
     missed = np.ones(each.shape[1])
     for n in range(len(each)):
         for cell in range(each.shape[1]):
@@ -201,7 +201,7 @@ def _combined(each: Floats2) -> Floats:
     return 1.0 - missed
 
 
-def _checked_rule(
+def _check_rule(
     models: Sequence[str], timed: bool | str, vehicle_times: VehicleTimes | None
 ) -> str:
     """Name of the timed rule; raises ClearwayError for unknown names and missing times."""

@@ -85,7 +85,7 @@ def widen_by_edges(
     width. What lies on one side of the cone at both ends is not cut.
     """
     arrive(cone, corners)
-    low, high = _met_box(borders, times)
+    low, high = _find_met_box(borders, times)
     side, rows = corners.side, borders.rows + 1
     in_layer = (borders.columns + 1) * rows
     for i in range(low[0], high[0] + 1):
@@ -104,7 +104,9 @@ def widen_by_edges(
 
 
 @compiled
-def _met_box(borders: Borders, times: Floats2) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+def _find_met_box(
+    borders: Borders, times: Floats2
+) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     """Lowest and highest edge of layer, column and row around all met cells."""
     low_i, low_j, low_k = borders.layers, borders.columns, borders.rows
     high_i = high_j = high_k = -1

@@ -51,7 +51,7 @@ class HalfLines(NamedTuple):
 
 @compiled
 def room_for_lines(borders: Borders) -> HalfLines:
-    """For a bunch that is yet to be told."""
+    """For a bunch that is yet to be reported."""
     return HalfLines(
         np.empty((33, BUNCH)),
         np.empty((borders.columns + 1, BUNCH)),

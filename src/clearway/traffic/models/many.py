@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import brief
-from clearway.base.compiled import compiled, read_only, sealed
+from clearway.base.compiled import compiled, read_only, seal
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, State
 from clearway.traffic.intruder import Intruder
@@ -19,7 +19,7 @@ from clearway.traffic.intruder import Intruder
 STANDING = 1e-10
 """Ranges of the grid a second; what is slower stands still."""
 
-# Columns of the numbers that are told of each.
+# Columns of the numbers that are reported of each.
 RADIUS, TIME, POSITION_STD, VELOCITY_STD, BOUND, MANOEUVRE = range(6)
 
 
@@ -31,7 +31,7 @@ class Intruders(Sequence[Intruder]):
     """
 
     told: Sequence[Intruder]
-    """Each as it was told: all of it but place, velocity and time, if it was moved since."""
+    """Each as it was reported: all of it but place, velocity and time, if it was moved since."""
     position_m: FloatArray
     """[n, 3] read only."""
     velocity_mps: FloatArray
@@ -41,7 +41,7 @@ class Intruders(Sequence[Intruder]):
     numbers: FloatArray
     """[n, 6] read only: what else is known of each, in m and s; a bound that is not is 0."""
     moved: bool = False
-    """Whether they are seen elsewhere than they were told, at another time."""
+    """Whether they are seen elsewhere than they were reported, at another time."""
 
     __repr__ = brief
 
@@ -57,7 +57,7 @@ class Intruders(Sequence[Intruder]):
             _rows([i.position_m for i in intruders], 3),
             _rows([i.velocity_mps for i in intruders], 3),
             _rows([i.spread_rad for i in intruders], 2),
-            sealed(np.array([_numbers_of(each) for each in intruders], dtype=np.float64)),
+            seal(np.array([_numbers_of(each) for each in intruders], dtype=np.float64)),
         )
 
     @overload
@@ -72,7 +72,7 @@ class Intruders(Sequence[Intruder]):
         if not self.moved:
             return self.told[index]
         numbers = self.numbers[index].tolist()
-        return self.told[index].moved(
+        return self.told[index].move(
             self.position_m[index], self.velocity_mps[index], numbers[POSITION_STD], numbers[TIME]
         )
 
@@ -109,21 +109,21 @@ class Intruders(Sequence[Intruder]):
         """By the range of a grid."""
         return {}
 
-    def seen_at(self, state: State, world_from_body: FloatArray) -> Intruders:
+    def see_at(self, state: State, world_from_body: FloatArray) -> Intruders:
         """Each predicted to the time of a state (`Intruder.at`) and seen from it (`seen_from`).
 
         world_from_body: [3, 3] the state's rotation, worked out once.
         """
         here = map(read_only, (state.position_m, world_from_body))
         told = (self.position_m, self.velocity_mps, self.numbers)
-        position, velocity, numbers = map(sealed, _seen(*told, float(state.time_s), *here))
+        position, velocity, numbers = map(seal, _see(*told, float(state.time_s), *here))
         return Intruders(self.told, position, velocity, self.spread_rad, numbers, moved=True)
 
     def balls(
         self, velocity_mps: FloatArray, time_s: float, sigmas: float, horizon_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """[n] radius of a ball around each at a time that holds it wherever it has deviated to
-        since it was told, and [n] how fast that grows from then on.
+        since it was reported, and [n] how fast that grows from then on.
 
         The wider of its spreads or what its acceleration bound allows, plus `sigmas` standard
         deviations of the predicted position; as growth a bound counts by what it allows at the
@@ -166,7 +166,7 @@ def _motions(position: Floats2, velocity: Floats2, least_mps: float) -> tuple[Fl
 
 
 @compiled
-def _seen(
+def _see(
     position: Floats2,
     velocity: Floats2,
     numbers: Floats2,

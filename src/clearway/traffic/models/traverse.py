@@ -61,7 +61,7 @@ class Walk(NamedTuple):
 
 @compiled
 def cut_lines(lines: HalfLines, many: int, borders: Borders) -> None:
-    """Work out all crossings of the first so many of a bunch that have been told."""
+    """Work out all crossings of the first so many of a bunch that have been reported."""
     measure_half_lines(lines, many, borders)
     cut_by_planes(lines, many, borders)
     cut_by_cones(lines, many, borders)

@@ -121,15 +121,15 @@ def _aircraft(address: str, reports: Sequence[TrafficReport]) -> Aircraft:
         time_s=time_s,
         latitude_deg=latitude,
         longitude_deg=longitude,
-        barometric_m=_known([report.barometric_altitude_m for report in reports]),
-        geometric_m=_known([report.geometric_altitude_m for report in reports]),
-        ground_speed_mps=_known([report.ground_speed_mps for report in reports]),
-        track_rad=_known([report.track_rad for report in reports]),
-        vertical_rate_mps=_known([report.vertical_rate_mps for report in reports]),
+        barometric_m=_list_known([report.barometric_altitude_m for report in reports]),
+        geometric_m=_list_known([report.geometric_altitude_m for report in reports]),
+        ground_speed_mps=_list_known([report.ground_speed_mps for report in reports]),
+        track_rad=_list_known([report.track_rad for report in reports]),
+        vertical_rate_mps=_list_known([report.vertical_rate_mps for report in reports]),
         on_ground=np.array([report.altitude_kind == "ground" for report in reports]),
         segment_mps=segment,
     )
 
 
-def _known(values: Sequence[float | None]) -> FloatArray:
+def _list_known(values: Sequence[float | None]) -> FloatArray:
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

@@ -185,23 +185,23 @@ def _pairs(
     )
     whole = ~(exact.slant_m <= np.hypot(seen.horizontal_m, seen.height_m))
 
-    def chosen(at_second: FloatArray, at_point: FloatArray) -> list[float]:
+    def choose_moments(at_second: FloatArray, at_point: FloatArray) -> list[float]:
         values: list[float] = np.where(whole, at_second, at_point).tolist()
         return values
 
     columns = zip(
         samples.aircraft[a].tolist(),
         samples.aircraft[b].tolist(),
-        chosen(samples.second[a].astype(np.float64), exact.time_s),
-        chosen(seen.horizontal_m, exact.horizontal_m),
-        chosen(seen.height_m, exact.height_m),
-        chosen(heights, exact.altitude_m),
-        chosen(relative, exact.relative_mps),
-        chosen(samples.latitude_deg[a], exact.latitude_deg),
-        chosen(samples.longitude_deg[a], exact.longitude_deg),
+        choose_moments(samples.second[a].astype(np.float64), exact.time_s),
+        choose_moments(seen.horizontal_m, exact.horizontal_m),
+        choose_moments(seen.height_m, exact.height_m),
+        choose_moments(heights, exact.altitude_m),
+        choose_moments(relative, exact.relative_mps),
+        choose_moments(samples.latitude_deg[a], exact.latitude_deg),
+        choose_moments(samples.longitude_deg[a], exact.longitude_deg),
         together_s.tolist(),
-        chosen(samples.speed_mps[a], exact.first_mps),
-        chosen(samples.speed_mps[b], exact.second_mps),
+        choose_moments(samples.speed_mps[a], exact.first_mps),
+        choose_moments(samples.speed_mps[b], exact.second_mps),
         strict=True,
     )
     return [

@@ -41,11 +41,11 @@ class JoinedTracks:
     def of(cls, aircraft: Sequence[Aircraft]) -> JoinedTracks:
         """Of aircraft in their order."""
 
-        def joined(name: str) -> FloatArray:
+        def join(name: str) -> FloatArray:
             return np.concatenate([np.zeros(0), *(getattr(one, name) for one in aircraft)])
 
         counts = [len(one.time_s) for one in aircraft]
-        speed, track = joined("ground_speed_mps"), joined("track_rad")
+        speed, track = join("ground_speed_mps"), join("track_rad")
         segments = [np.append(one.segment_mps, np.nan) for one in aircraft]
         flown = [
             np.append(one.heard_of & ~(one.on_ground[:-1] | one.on_ground[1:]), False)
@@ -53,11 +53,11 @@ class JoinedTracks:
         ]
         return cls(
             np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-            joined("time_s"),
-            joined("latitude_deg"),
-            joined("longitude_deg"),
-            joined("barometric_m"),
-            joined("geometric_m"),
+            join("time_s"),
+            join("latitude_deg"),
+            join("longitude_deg"),
+            join("barometric_m"),
+            join("geometric_m"),
             speed,
             speed * np.sin(track),
             speed * np.cos(track),
@@ -150,7 +150,7 @@ def closest_points(
     pairs, rows = np.unique(pair[order], return_index=True)
     nearest = order[rows]
     time_s = (start + share * (end - start))[nearest]
-    values = _told(tracks, one[nearest], two[nearest], time_s)
+    values = _list_columns(tracks, one[nearest], two[nearest], time_s)
     found = np.full((len(values), len(first)), np.nan)
     found[:, pairs] = values
     return ClosestPoints(*found)
@@ -182,7 +182,7 @@ def _pieces(
         begun = np.searchsorted(pair, count)
         passed = passed - (passed[begun] - counted[order][begun])[pair]
         last = low[pair] + passed - 1
-        # Nobody is heard of before the first report, and after the last one.
+        # Nothing is reported before the first report, and after the last one.
         own = last >= tracks.starts[indices][pair]
         at.append(np.where(own, last, tracks.starts[indices + 1][pair] - 1))
     long = (pair[1:] == pair[:-1]) & (np.diff(time_s) > LEAST_PIECE_S)
@@ -191,10 +191,10 @@ def _pieces(
     )  # fmt: skip
 
 
-def _told(
+def _list_columns(
     tracks: JoinedTracks, one: IntArray, two: IntArray, time_s: FloatArray
 ) -> list[FloatArray]:
-    """All that is said of moments [n], in the order of the fields of ClosestPoints."""
+    """All that is stated of moments [n], in the order of the fields of ClosestPoints."""
     apart = tracks.apart(one, two, time_s)
     low, high = tracks.heights(one, two, time_s)
     east, north = (

@@ -15,7 +15,7 @@ GHOST_M = 1000.0
 """A radar's track lies this near to the aircraft that it is of."""
 GHOST_HEIGHT_M = 300.0 * FOOT_M
 GHOST_SHARE = 0.5
-"""Of the seconds at which both are heard of: in so many they must lie near each other."""
+"""Of the seconds at which both are reported: in so many they must lie near each other."""
 LEAST_S = 5
 REPORT_THEMSELVES = ("adsb", "adsr", "flarm", "remote id", "scripted")
 """Sources of aircraft that are no radar's track, whatever their address."""

@@ -33,7 +33,7 @@ def believe_climbs(one: Aircraft) -> FloatArray:
     climbed = np.append(0.0, np.cumsum(pieces))
     then = np.searchsorted(time_s, time_s - CLIMB_WINDOW_S)
     flown, told = height_m - height_m[then], climbed - climbed[then]
-    # Where the height stays, a climb that is told has to show.
+    # Where the height stays, a climb that is reported has to show.
     scale = np.where(np.abs(flown) > CLEAR_CLIMB_M, np.abs(flown), np.abs(told))
     clear = scale > CLEAR_CLIMB_M
     off = np.abs(told - flown)[clear] / scale[clear]

@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.closest import ClosestPair
-from clearway.traffic.recorded.playing import PlayedTrack, played_track
+from clearway.traffic.recorded.playing import PlayedTrack, play_track
 
 BEFORE_S, AFTER_S = 90.0, 90.0
 """Flown before and after the closest point of the recording, as far as it reaches."""
@@ -71,12 +71,12 @@ def take_part(
 
     Raises InputError if the pair has no such aircraft, or too little is recorded of it.
     """
-    own, other = _chosen(pair, own_address)
+    own, other = _choose(pair, own_address)
     geometric = bool(np.isnan(own.barometric_m).all() or np.isnan(other.barometric_m).all())
     origin = (pair.latitude_deg, pair.longitude_deg, pair.altitude_m)
     time_s, places = _usable(
         own.address,
-        played_track(own, origin, pair.time_s, geometric=geometric),
+        play_track(own, origin, pair.time_s, geometric=geometric),
         before_s,
         after_s,
     )
@@ -92,7 +92,7 @@ def take_part(
             f"{SLOWEST_ROUTE_MPS:.0f}; type --as {other.address}",
         )
     leg_m = speed_mps * leg_s
-    recorded = played_track(own, origin, from_s, geometric=geometric)
+    recorded = play_track(own, origin, from_s, geometric=geometric)
     assert recorded is not None
     return OwnPart(
         own=own,
@@ -110,7 +110,7 @@ def take_part(
     )
 
 
-def _chosen(pair: ClosestPair, own_address: str | None) -> tuple[Aircraft, Aircraft]:
+def _choose(pair: ClosestPair, own_address: str | None) -> tuple[Aircraft, Aircraft]:
     """The own aircraft and the other, by address or callsign."""
     if own_address is None:
         return pair.first, pair.second

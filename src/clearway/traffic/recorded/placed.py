@@ -72,14 +72,14 @@ def place_aircraft(one: Aircraft, at_seconds: IntArray | None = None) -> PlacedT
     of an hour; what is older than `COAST_S` is marked silent.
     """
     surface = surface_points(one.latitude_deg, one.longitude_deg)
-    told, believed = _told_mps(one, surface)
+    told, believed = _read_reported_mps(one, surface)
     report, second = _seconds(one.time_s)
     if at_seconds is not None:
         wanted = np.isin(second, at_seconds)
         report, second = report[wanted], second[wanted]
     into = second - one.time_s[report]
-    joined = _joined(one, surface)
-    moved = _moved_mps(one.time_s, surface, joined)
+    joined = _find_joined(one, surface)
+    moved = _compute_moved_mps(one.time_s, surface, joined)
     after = np.minimum(report + 1, len(one.time_s) - 1)
     between = joined[report]
     share = np.where(between, into / np.maximum(one.time_s[after] - one.time_s[report], 1e-9), 0.0)
@@ -120,7 +120,7 @@ def _seconds(time_s: FloatArray) -> tuple[IntArray, FloatArray]:
     return report, first[report] + steps
 
 
-def _joined(one: Aircraft, surface: FloatArray) -> BoolArray:
+def _find_joined(one: Aircraft, surface: FloatArray) -> BoolArray:
     """[n] whether the way to the next report is flown: neither an absence nor a jump."""
     elapsed = np.diff(one.time_s)
     way = np.linalg.norm(np.diff(surface, axis=0), axis=1)
@@ -130,7 +130,7 @@ def _joined(one: Aircraft, surface: FloatArray) -> BoolArray:
     return np.append(flown, False)
 
 
-def _moved_mps(time_s: FloatArray, surface: FloatArray, joined: BoolArray) -> FloatArray:
+def _compute_moved_mps(time_s: FloatArray, surface: FloatArray, joined: BoolArray) -> FloatArray:
     """[n, 3] mean velocity before each report, by positions; NaN where there is no way to it."""
     number = np.arange(len(time_s))
     begins = np.maximum.accumulate(np.where(np.append(True, ~joined[:-1]), number, 0))
@@ -141,7 +141,7 @@ def _moved_mps(time_s: FloatArray, surface: FloatArray, joined: BoolArray) -> Fl
     return np.asarray(moved)
 
 
-def _told_mps(one: Aircraft, surface: FloatArray) -> tuple[FloatArray, bool]:
+def _read_reported_mps(one: Aircraft, surface: FloatArray) -> tuple[FloatArray, bool]:
     """[n, 3] velocities over ground as reported, NaN where they say nothing; whether believed."""
     latitude, longitude = np.radians(one.latitude_deg), np.radians(one.longitude_deg)
     zero = np.zeros(len(latitude))

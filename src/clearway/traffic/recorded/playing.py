@@ -1,4 +1,5 @@
-"""Recorded traffic played in a simulated flight: true where it was heard of, told as it was told.
+"""Recorded traffic played in a simulated flight: true where it was reported, told as it was
+reported.
 
 The aircraft fly as recorded, whatever the ownship does. Their positions are interpolated between
 reports over at most 12 s; where an aircraft is silent for longer, nobody knows where it was, so it
@@ -16,14 +17,14 @@ import numpy.typing as npt
 
 from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.base.made import TimedPlaces
-from clearway.base.state import BoolArray, IntArray, State, frozen_array
+from clearway.base.state import BoolArray, IntArray, State, freeze_array
 from clearway.obstacles.obstacle import Obstacle
 from clearway.traffic import Intruder
 from clearway.traffic.recorded.aircraft import FASTEST_RECORDED_MPS, LONGEST_GAP_S, Aircraft
 from clearway.traffic.recorded.local import POSITION_STD_M, VELOCITY_STD_MPS
 
 CLIMB_WINDOW_S = 20.0
-"""Altitudes come in steps: where no climb is told, it is the mean over so long."""
+"""Altitudes come in steps: where no climb is reported, it is the mean over so long."""
 UNTOLD_VELOCITY_STD_MPS = 5.0
 """Of a velocity that is taken from the last two positions."""
 
@@ -46,16 +47,16 @@ class PlayedTrack:
 
     def __post_init__(self) -> None:
         for name in ("time_s", "velocity_std_mps"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.time_s),)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (len(self.time_s),)))
         for name in ("position_m", "velocity_mps"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), (len(self.time_s), 3)))
+            object.__setattr__(self, name, freeze_array(getattr(self, name), (len(self.time_s), 3)))
         silence = np.diff(self.time_s)
         level = np.linalg.norm(np.diff(self.position_m[:, :2], axis=0), axis=1)
         known = (silence <= LONGEST_GAP_S) & (level <= FASTEST_RECORDED_MPS * silence)
         object.__setattr__(self, "known", known)
 
     def at(self, time_s: float) -> FloatArray | None:
-        """[3] position at a time; None where it is not heard of."""
+        """[3] position at a time; None where it is not reported."""
         after = bisect_right(self.time_s, time_s + 1e-9)
         if after == 0:
             return None
@@ -81,7 +82,7 @@ class RecordedTraffic:
         self.tracks: dict[str, TimedPlaces] = {}
         self._played = tuple(tracks)
         self._heard_within_m, self._deaf = heard_within_m, deaf
-        # What was told shortly before is known at the start.
+        # What was reported shortly before is known at the start.
         self._told = {one.name: bisect_left(one.time_s, -LONGEST_GAP_S) for one in tracks}
         self._own = np.zeros(3)
 
@@ -131,7 +132,7 @@ def _report(track: PlayedTrack, at: int) -> Intruder:
     )
 
 
-def played_track(
+def play_track(
     aircraft: Aircraft,
     origin_geodetic: npt.ArrayLike,
     from_s: float,

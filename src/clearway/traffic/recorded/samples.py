@@ -43,14 +43,14 @@ def sample_aircraft(aircraft: Sequence[Aircraft], slowest_mps: float = SLOWEST_M
     In flight: faster than `slowest_mps` by its own report, or by its positions where it does not
     say, and not reported as on the ground.
     """
-    tables = [_sampled(index, one, slowest_mps) for index, one in enumerate(aircraft)]
+    tables = [_sample(index, one, slowest_mps) for index, one in enumerate(aircraft)]
     table = np.concatenate([np.zeros((0, 9)), *tables])
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     whole = table[:, :2].astype(np.int64)
     return Samples(whole[:, 0], whole[:, 1], *np.ascontiguousarray(table[:, 2:].T))
 
 
-def _sampled(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
+def _sample(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
     """Rows [n, 9] of one aircraft, in the order of the fields of Samples."""
     if len(one.time_s) < 2:
         return np.zeros((0, 9))
@@ -87,7 +87,7 @@ def _sampled(index: int, one: Aircraft, slowest_mps: float) -> FloatArray:
 
 
 def _whole_seconds(one: Aircraft) -> tuple[IntArray, FloatArray]:
-    """Whole seconds [n], ascending, at which it is heard of, and between which reports each is."""
+    """Whole seconds [n], ascending, at which it is reported, and between which reports each is."""
     segments = np.flatnonzero(one.heard_of)
     first = np.ceil(one.time_s[segments])
     counts = (np.floor(one.time_s[segments + 1]) - first + 1.0).astype(np.int64)

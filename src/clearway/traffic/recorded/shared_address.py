@@ -1,4 +1,4 @@
-"""Aircraft that report by one address: told apart, for none may hide behind another."""
+"""Aircraft that report by one address: distinguished, for none may hide behind another."""
 
 from __future__ import annotations
 

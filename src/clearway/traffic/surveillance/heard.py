@@ -35,7 +35,7 @@ class HeardOf(NamedTuple):
 
 
 class Watch:
-    """What is heard of one aircraft in one encounter."""
+    """What is reported of one aircraft in one encounter."""
 
     def __init__(
         self, kind: Surveillance, truth: Truth, lasts_s: float, seed: tuple[int, ...]
@@ -49,7 +49,7 @@ class Watch:
         self._velocity = _wandering(0.0, kind.velocity_mps, kind, count, rng)
         self._climb = kind.climb_mps * rng.normal(size=count)
         self._height_m = kind.altitude_bias_m * rng.normal()
-        self._lost = _lost(kind, count, rng)
+        self._lost = _draw_lost(kind, count, rng)
         self._next = 0
         self._waits: list[tuple[float, HeardOf]] = []
 
@@ -99,8 +99,8 @@ class Watch:
             sent_s + kind.untold_s,
             told,
             moves,
-            kind.stated_m(range_m),
-            kind.stated_height_m(range_m),
+            kind.find_stated_m(range_m),
+            kind.find_stated_height_m(range_m),
             kind.stated_mps,
             kind.stated_climb_mps,
         )
@@ -122,7 +122,7 @@ def _wandering(
     return errors
 
 
-def _lost(kind: Surveillance, count: int, rng: np.random.Generator) -> BoolArray:
+def _draw_lost(kind: Surveillance, count: int, rng: np.random.Generator) -> BoolArray:
     """[count] which reports are lost: a chain of two states with the share and length asked for."""
     ends = min(1.0, kind.report_s / kind.burst_s)
     begins = min(1.0, ends * kind.lost / (1.0 - kind.lost))

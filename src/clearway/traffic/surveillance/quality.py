@@ -48,7 +48,7 @@ class Surveillance:
     """Deviation of the constant error of height, barometric against barometric."""
     altitude_noise_m: float = 0.0
     altitude_step_m: float = 0.0
-    """Heights are told in steps of this."""
+    """Heights are reported in steps of this."""
     latency_s: float = 0.0
     """From the time that a report is of to when it is heard; it carries that time."""
     untold_s: float = 0.0
@@ -69,12 +69,12 @@ class Surveillance:
         if problems:
             raise InputError(f"surveillance {self.name}", list(dict.fromkeys(problems)))
 
-    def stated_m(self, range_m: float) -> float:
+    def find_stated_m(self, range_m: float) -> float:
         """Horizontal deviation that a report states, or that is known of the sensor."""
         level = math.hypot(self.bias_m, self.drift_m, self.noise_m)
         return max(math.hypot(level, self.bearing_rad * range_m), 1e-3)
 
-    def stated_height_m(self, range_m: float) -> float:
+    def find_stated_height_m(self, range_m: float) -> float:
         """Deviation of height, its steps included."""
         told = math.hypot(self.altitude_noise_m, self.altitude_step_m / math.sqrt(12.0))
         return max(math.hypot(told, self.altitude_bias_m, self.elevation_rad * range_m), 1e-3)

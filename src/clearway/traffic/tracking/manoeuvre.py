@@ -13,11 +13,11 @@ from clearway.traffic.intruder import Intruder
 REMEMBERED_S = 30.0
 """Who has turned once turns again: a pursuer flies straight until its prey turns."""
 SIGMAS = 3.0
-"""Deviations of both velocities that no change of velocity is told from."""
+"""Deviations of both velocities that no change of velocity is inferred from."""
 LEAST_S, LONGEST_S = 0.2, 5.0
-"""Between two reports that a manoeuvre is told from."""
+"""Between two reports that a manoeuvre is inferred from."""
 LEAST_SHARE = 0.02
-"""Changes of a smaller share of the speed in a second are none: velocities are told rounded."""
+"""Changes of a smaller share of the speed in a second are none: velocities are reported rounded."""
 
 
 class _Told(NamedTuple):
@@ -69,7 +69,7 @@ class Manoeuvres:
         """Forget all others."""
         self._heard = {name: heard for name, heard in self._heard.items() if name in names}
 
-    def shown_by(self, name: str, intruder: Intruder) -> Intruder:
+    def with_manoeuvre(self, name: str, intruder: Intruder) -> Intruder:
         """The intruder with the manoeuvre that it has shown."""
         heard = self._heard.get(name)
         if heard is None or not heard.seen:

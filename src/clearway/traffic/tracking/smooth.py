@@ -17,8 +17,8 @@ from clearway.base.frames import FloatArray
 from clearway.traffic.surveillance.heard import HeardOf
 
 LEVEL_MPS2 = 1.5
-"""How hard traffic is taken to turn or speed up: the gain of a velocity that is told well is then
-about 0.6 at a report a second."""
+"""How hard traffic is taken to turn or speed up: the gain of a velocity that is reported well is
+then about 0.6 at a report a second."""
 CLIMB_MPS2 = 0.7
 UNKNOWN_MPS = 60.0
 """Deviation of the velocity before any was measured."""
@@ -74,8 +74,8 @@ class SmoothTrack(NamedTuple):
         return self._replace(
             time_s=time_s,
             mean=mean,
-            level=np.array(_grown(self.level, elapsed, LEVEL_MPS2)),
-            height=np.array(_grown(self.height, elapsed, CLIMB_MPS2)),
+            level=np.array(_grow(self.level, elapsed, LEVEL_MPS2)),
+            height=np.array(_grow(self.height, elapsed, CLIMB_MPS2)),
         )
 
 
@@ -100,7 +100,7 @@ def begin_track(heard: HeardOf) -> SmoothTrack:
     )
 
 
-def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
+def follow_report(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
     """The track after its next report; late ones are left out, a long silence begins anew."""
     if track is None or heard.time_s - track.time_s > TRACK_COAST_S:
         return begin_track(heard)
@@ -110,7 +110,7 @@ def followed(track: SmoothTrack | None, heard: HeardOf) -> SmoothTrack:
     told = heard.velocity_mps is not None
     velocity = heard.velocity_mps if heard.velocity_mps is not None else _NONE_MPS
     mean, level, height = np.empty(6), np.empty(3), np.empty(3)
-    rate_rps = _followed(
+    rate_rps = _follow(
         track.mean, track.level, track.height, track.turn_rps, elapsed, heard.position_m,
         velocity, told, heard.position_std_m, heard.height_std_m, heard.velocity_std_mps,
         heard.climb_std_mps, mean, level, height,
@@ -125,7 +125,7 @@ _NONE_MPS = np.zeros(3)
 
 
 @compiled
-def _followed(
+def _follow(
     before: Floats,
     before_level: Floats,
     before_height: Floats,
@@ -146,9 +146,9 @@ def _followed(
     for axis in range(3):
         upright = axis == 2
         if upright:
-            p, c, r = _grown(before_height, elapsed, CLIMB_MPS2)
+            p, c, r = _grow(before_height, elapsed, CLIMB_MPS2)
         else:
-            p, c, r = _grown(before_level, elapsed, LEVEL_MPS2)
+            p, c, r = _grow(before_level, elapsed, LEVEL_MPS2)
         std, fast = (height_std, climb_std) if upright else (place_std, rate_std)
         place, rate = before[axis] + elapsed * before[axis + 3], before[axis + 3]
         off, noise = told_m[axis] - place, std**2
@@ -174,7 +174,7 @@ def _followed(
 
 
 @compiled
-def _grown(spread: Floats, elapsed: float, push: float) -> tuple[float, float, float]:
+def _grow(spread: Floats, elapsed: float, push: float) -> tuple[float, float, float]:
     place, both, rate = spread[0], spread[1], spread[2]
     return (
         place + 2.0 * elapsed * both + elapsed**2 * rate + 0.25 * push**2 * elapsed**4,

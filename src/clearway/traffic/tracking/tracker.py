@@ -25,7 +25,7 @@ from clearway.traffic.tracking.screening import (
     flaw_of_sequel,
 )
 from clearway.traffic.tracking.sequels import MOST_NAMESAKES, can_follow
-from clearway.traffic.tracking.tracks import Report, Track, born
+from clearway.traffic.tracking.tracks import Report, Track, begin_heard_track
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +39,7 @@ class Tracks:
     born: int = 0
     """Tracks ever begun."""
     ended: int = 0
-    """Believed tracks that ended because nothing was heard of them."""
+    """Believed tracks that ended because nothing was reported of them."""
     left_out: Mapping[str, int] = field(
         default_factory=lambda: MappingProxyType(dict.fromkeys(LEFT_OUT, 0))
     )
@@ -48,7 +48,7 @@ class Tracks:
     doubted: Mapping[str, Report] = field(default_factory=lambda: MappingProxyType({}))
     """Of each address the last report that none of its tracks can have sent."""
 
-    def reported(self) -> list[Intruder]:
+    def list_reported(self) -> list[Intruder]:
         """Believed tracks as intruders, each at the time of its last report."""
         return [track.intruder() for track in self.tracks if _is_believed(track, self.settings)]
 
@@ -122,21 +122,21 @@ def _take(now: Tracks, reports: list[Report], counts: Counter[str]) -> Tracks:
         if not flaws:
             strangers.append(report)
         elif mine is not None:
-            tracks[mine] = _followed(tracks[mine], report, settings)
+            tracks[mine] = _follow(tracks[mine], report, settings)
         elif _is_namesake(doubted, report, flaws.values()):
             began += 1
-            again = born(began, report, settings.unknown_velocity_std_mps)
+            again = begin_heard_track(began, report, settings.unknown_velocity_std_mps)
             tracks.append(replace(again, namesake=len(flaws) + 1))
         else:
             counts[next(flaw for flaw in flaws.values() if flaw)] += 1
-    for report, mine in _assigned(tracks, strangers, settings):
+    for report, mine in _assign(tracks, strangers, settings):
         if mine is not None:
-            tracks[mine] = _followed(tracks[mine], report, settings)
+            tracks[mine] = _follow(tracks[mine], report, settings)
         elif any(_fits(track, report, settings) for track in tracks):
             counts["duplicate"] += 1
         else:
             began += 1
-            tracks.append(born(began, report, settings.unknown_velocity_std_mps))
+            tracks.append(begin_heard_track(began, report, settings.unknown_velocity_std_mps))
     return replace(now, tracks=tuple(tracks), born=began, doubted=MappingProxyType(doubted))
 
 
@@ -156,7 +156,7 @@ def _is_namesake(doubted: dict[str, Report], report: Report, flaws: Collection[s
 
 
 def _as_intruder(report: Report) -> Intruder:
-    return born(0, report, 0.0).intruder()
+    return begin_heard_track(0, report, 0.0).intruder()
 
 
 def _fits(track: Track, report: Report, settings: TrackerSettings) -> bool:
@@ -164,16 +164,16 @@ def _fits(track: Track, report: Report, settings: TrackerSettings) -> bool:
     return there.surprise(report) <= settings.gate**2
 
 
-def _followed(track: Track, report: Report, settings: TrackerSettings) -> Track:
+def _follow(track: Track, report: Report, settings: TrackerSettings) -> Track:
     """The track after its next report; one that it did not expect at all starts it anew."""
     there = track.at(report.time_s, settings.acceleration_std_mps2)
     if there.surprise(report) <= settings.gate**2:
-        return there.updated(report)
-    fresh = born(track.identity, report, settings.unknown_velocity_std_mps)
+        return there.update(report)
+    fresh = begin_heard_track(track.identity, report, settings.unknown_velocity_std_mps)
     return replace(fresh, reports=track.reports + 1, namesake=track.namesake)
 
 
-def _assigned(
+def _assign(
     tracks: Sequence[Track], reports: Sequence[Report], settings: TrackerSettings
 ) -> list[tuple[Report, int | None]]:
     """Reports with the track of each, or None, at the least total surprise within the gate."""

@@ -1,7 +1,7 @@
 """Reports of intruders, tracks made of them, and the filter between: straight flight with noise.
 
 A track's state is position and velocity in the world frame; between reports it is predicted as
-straight flight disturbed by random accelerations, so what is not heard of grows uncertain.
+straight flight disturbed by random accelerations, so what is not reported grows uncertain.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.base.state import frozen_array
+from clearway.base.state import freeze_array
 from clearway.traffic.intruder import Intruder
 
 SUREST = 1e-3
@@ -36,10 +36,10 @@ class Report:
     spread_rad: FloatArray = field(default_factory=lambda: np.zeros(2))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position_m", frozen_array(self.position_m, (3,)))
-        object.__setattr__(self, "spread_rad", frozen_array(self.spread_rad, (2,)))
+        object.__setattr__(self, "position_m", freeze_array(self.position_m, (3,)))
+        object.__setattr__(self, "spread_rad", freeze_array(self.spread_rad, (2,)))
         if self.velocity_mps is not None:
-            object.__setattr__(self, "velocity_mps", frozen_array(self.velocity_mps, (3,)))
+            object.__setattr__(self, "velocity_mps", freeze_array(self.velocity_mps, (3,)))
 
     @classmethod
     def of(cls, intruder: Intruder) -> Report:
@@ -109,7 +109,7 @@ class Track:
         residual, spread = self._innovation(report)
         return float(residual @ np.linalg.solve(spread, residual))
 
-    def updated(self, report: Report) -> Track:
+    def update(self, report: Report) -> Track:
         """The track after a report at its time (Kalman, in Joseph's symmetric form)."""
         residual, spread = self._innovation(report)
         size = len(residual)
@@ -161,7 +161,7 @@ class Track:
         )
 
 
-def born(identity: int, report: Report, unknown_velocity_std_mps: float) -> Track:
+def begin_heard_track(identity: int, report: Report, unknown_velocity_std_mps: float) -> Track:
     """The track that a first report makes."""
     mean = np.zeros(6)
     mean[: len(report.measured)] = report.measured

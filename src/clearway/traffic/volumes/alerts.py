@@ -89,7 +89,7 @@ def alerts_after(
     for intruder in intruders:
         there = intruder.at(time_s)
         apart, change = there.position_m - own_m, there.velocity_mps - own_mps
-        times = {rule.level: rule.volume.shared(apart, change)[0] for rule in volumes.rules}
+        times = {rule.level: rule.volume.find_shared(apart, change)[0] for rule in volumes.rules}
         now = max(
             (rule.level for rule in volumes.rules if times[rule.level] <= rule.within_s),
             default=AlertLevel.NONE,

@@ -60,7 +60,7 @@ def height_interval(z: float, vz: float, half_height: float) -> tuple[float, flo
 
 
 @compiled
-def shared_interval(
+def find_shared_interval(
     x: float,
     y: float,
     z: float,

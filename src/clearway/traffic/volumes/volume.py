@@ -13,7 +13,7 @@ from enum import IntEnum
 from clearway.base.checks import above_zero_problem, collect_problems, number_problem
 from clearway.base.errors import InputError
 from clearway.base.frames import FloatArray
-from clearway.traffic.volumes.interval import shared_interval
+from clearway.traffic.volumes.interval import find_shared_interval
 
 
 class AlertLevel(IntEnum):
@@ -71,7 +71,7 @@ class AirVolume:
             buffer_height_m=0.0,
         )
 
-    def shared(
+    def find_shared(
         self, apart_m: FloatArray, change_mps: FloatArray, within_s: float = math.inf
     ) -> tuple[float, float]:
         """(in, out) in seconds from now, (inf, -inf) if never within `within_s`; buffers count not.
@@ -80,7 +80,7 @@ class AirVolume:
         """
         x, y, z = (float(value) for value in apart_m)
         vx, vy, vz = (float(value) for value in change_mps)
-        begins, ends = shared_interval(
+        begins, ends = find_shared_interval(
             x, y, z, vx, vy, vz, self.radius_m, self.half_height_m, self.tau_s, self.growth_mps,
             within_s,
         )  # fmt: skip

@@ -55,7 +55,7 @@ class Scenes:
     def of(cls, recording: Recording) -> Scenes:
         """Errors as of what a damaged recording raises."""
         mission, states = recording.mission, recording.states
-        seen_m, seen_s = _seen(recording)
+        seen_m, seen_s = _find_seen(recording)
         radii = {name: float(r or 0.0) for name, r in mission["intruder_radius_m"].items()}
         return cls(
             title=f"{mission['name']}, flown by {mission['planner']}",
@@ -119,7 +119,7 @@ def _nearest(recording: Recording, radii: dict[str, float]) -> FloatArray:
     return np.array(nearest)
 
 
-def _seen(recording: Recording) -> tuple[FloatArray, FloatArray]:
+def _find_seen(recording: Recording) -> tuple[FloatArray, FloatArray]:
     """Places with the time of the first decision that knew of them."""
     every, when = np.zeros((0, 3)), np.zeros(0)
     decided_s = np.array([float(one["time_s"]) for one in recording.decisions])

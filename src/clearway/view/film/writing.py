@@ -65,7 +65,7 @@ class FilmAsked:
     """Seconds of flight in a second of film; None for what makes it last about 20 s."""
 
     @classmethod
-    def checked(cls, path: Path, fps: int | None, speed: float | None) -> FilmAsked:
+    def check(cls, path: Path, fps: int | None, speed: float | None) -> FilmAsked:
         """Before any work: raises InputError for a suffix or number that cannot be, and
         MissingProgramError where what writes such films is not there."""
         kind = KINDS.get(path.suffix.lower())
@@ -114,7 +114,7 @@ def write_film(
     with damage_told(recording.source, "run"):
         scenes = Scenes.of(recording)
     times, speed = asked.times_s(float(scenes.time_s[0]), float(scenes.time_s[-1]))
-    with house_style(), _told(asked.path):
+    with house_style(), _translate_errors(asked.path):
         stage = Stage(scenes)
         writer = _writer_of(asked.path)(fps=asked.fps)
         with writer.saving(stage.figure, str(folder / asked.path.name), asked.kind.dpi):
@@ -140,7 +140,7 @@ def _writer_of(path: Path) -> Callable[..., AbstractMovieWriter]:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _translate_errors(path: Path) -> Iterator[None]:
     """What a writer's program raises in the block, as InputError of the file."""
     log = logging.getLogger("matplotlib.animation")
     level = log.level

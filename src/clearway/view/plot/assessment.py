@@ -24,7 +24,14 @@ from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray
 from clearway.live import FlightDecision
 from clearway.reach.tree import ReachSet
-from clearway.view.plot.cells import ALL_ROWS, POINT_COLOR, CellView, Quantity, cased, draw_cells
+from clearway.view.plot.cells import (
+    ALL_ROWS,
+    POINT_COLOR,
+    CellView,
+    Quantity,
+    draw_cells,
+    make_casing,
+)
 from clearway.view.plot.notebook import for_notebooks
 from clearway.view.plot.space import Limits, frame_space, name_height, within
 
@@ -225,7 +232,7 @@ def _draw_lines(axes: Axes3D, view: CellView, range_m: float) -> None:
     low, high = _limits_of(axes)
     for points, style, line_color, width in lines:
         near = points[np.linalg.norm(points, axis=1) <= range_m]
-        rim = cased(width)
+        rim = make_casing(width)
         axes.plot(*near.T, style, color=line_color, linewidth=width, path_effects=rim, zorder=5)
         low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
     _set_limits(axes, low, high)

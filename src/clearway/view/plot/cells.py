@@ -96,14 +96,14 @@ class CellView:
             return 1
         return (2 if panels <= 6 else 3 if panels <= 12 else 4) + (self.ahead == "right")
 
-    def turned(self, left_ahead: FloatArray) -> FloatArray:
+    def turn(self, left_ahead: FloatArray) -> FloatArray:
         """[..., 2] horizontal and vertical of the picture for (left, ahead)."""
         return left_ahead if self.ahead == "up" else left_ahead[..., ::-1]
 
-    def seen(self, points_m: FloatArray) -> FloatArray:
+    def project(self, points_m: FloatArray) -> FloatArray:
         """[n, 2] where points [n, 3] are drawn."""
         distance, azimuth, _ = spherical_from_cartesian(points_m).T
-        return self.turned(
+        return self.turn(
             np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], axis=-1)
         )
 
@@ -132,7 +132,7 @@ def draw_cells(
         _draw_row(axes, grid, row, wedges, quantity, view)
         _draw_over(axes, grid, row, view)
         if np.any(point_rows == row):
-            here = view.seen(points_m[point_rows == row])
+            here = view.project(points_m[point_rows == row])
             axes.plot(*here.T, ".", color=POINT_COLOR, markersize=2)
         axes.set_title(_row_title(grid, row), fontsize=10, pad=4.0)
     for axes in panels[len(rows) :]:
@@ -170,8 +170,8 @@ def _draw_row(
     view: CellView,
 ) -> None:
     """Coloured cells of one row; those without a value grey and hatched."""
-    outlines = [view.turned(outline) for layer in wedges for outline in layer]
-    values = grid.shaped(quantity.values)[:, :, row].ravel()
+    outlines = [view.turn(outline) for layer in wedges for outline in layer]
+    values = grid.reshape(quantity.values)[:, :, row].ravel()
     axes.add_collection(
         PolyCollection(
             outlines,
@@ -182,7 +182,7 @@ def _draw_row(
             linewidths=0.4,
         )
     )
-    without = grid.shaped(quantity.without)[:, :, row].ravel()
+    without = grid.reshape(quantity.without)[:, :, row].ravel()
     axes.add_collection(
         PolyCollection(
             [outline for outline, hatched in zip(outlines, without, strict=True) if hatched],
@@ -203,13 +203,13 @@ def _draw_over(axes: Axes, grid: AvoidanceGrid, row: int, view: CellView) -> Non
     for line in view.lines:
         distance, _, elevation = spherical_from_cartesian(line.points_m).T
         here = (elevation >= bottom) & (elevation <= top) & (distance <= grid.range_m + 1e-9)
-        seen = np.where(here[:, None], view.seen(line.points_m), np.nan)
+        seen = np.where(here[:, None], view.project(line.points_m), np.nan)
         axes.plot(
             *seen.T,
             line.style,
             color=line.color,
             linewidth=line.width,
-            path_effects=cased(line.width),
+            path_effects=make_casing(line.width),
         )
         if line.start:
             axes.plot(*seen[0], line.start, color=line.color, clip_on=False)
@@ -230,15 +230,15 @@ def _draw_border(
     points = cartesian_from_spherical(np.stack([distance, azimuth, elevation], axis=-1))
     outside = border.outside(points.reshape(-1, 3)).reshape(distance.shape).min(axis=2)
     if outside.min() < 0.0 < outside.max():
-        at = view.turned(np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], -1))
+        at = view.turn(np.stack([distance * np.sin(azimuth), distance * np.cos(azimuth)], -1))
         at = at[:, :, 0]
         outline = axes.contour(
             at[..., 0], at[..., 1], outside, levels=[0.0], colors=[border.color], linewidths=1.4
         )
-        outline.set_path_effects(cased(1.4))
+        outline.set_path_effects(make_casing(1.4))
 
 
-def cased(width: float) -> list[AbstractPathEffect]:
+def make_casing(width: float) -> list[AbstractPathEffect]:
     """A line of this width with a white rim, to be seen on any colour."""
     return [withStroke(linewidth=width + 1.6, foreground="white")]
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from clearway.sim import Run
-from clearway.view.plot.space import limits_around, stacked_views
+from clearway.view.plot.space import limits_around, stack_views
 
 EXECUTED, FLUSHED, DECIDED = "#1f5fbf", "#d62728", "#8e44ad"
 
@@ -18,7 +18,7 @@ def draw_chain(run: Run, until_s: float, title: str) -> Figure:
     limits = limits_around(np.concatenate([track, *(each.decision.path_m for each in decisions)]))
     figure = Figure(figsize=(11.0, 6.6), layout="constrained")
     figure.suptitle(title)
-    panels = stacked_views(figure, figure.add_gridspec(1, 1)[0], limits)
+    panels = stack_views(figure, figure.add_gridspec(1, 1)[0], limits)
     for axes, across, label in zip(panels, (1, 2), ("y left (m)", "z up (m)"), strict=True):
         for number, each in enumerate(decisions):
             path, name = each.decision.path_m, "" if number else "planned, then flushed"

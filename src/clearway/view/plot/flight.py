@@ -1,6 +1,6 @@
 """Pictures of a flight in space, from above and from the side (figs. 6.14-6.17).
 
-Executed path blue, planned path red, way out in hand dashed, field of view dashed black, waypoints
+Executed path blue, planned path red, held escape dashed, field of view dashed black, waypoints
 green squares, what the sensors have seen so far as dots: the paper's legend.
 """
 
@@ -24,7 +24,7 @@ from clearway.view.plot.space import (
     frame_space,
     limits_around,
     name_height,
-    stacked_views,
+    stack_views,
     within,
 )
 from clearway.view.plot.style import halo
@@ -66,12 +66,12 @@ def snapshot_decisions(run: Run, most: int = 3) -> list[int]:
     for when in sorted(approaches):
         before = np.flatnonzero((times <= when) & (times >= when - apart))
         if len(before):
-            blocked = np.array([_blocked_cells(run.decisions[index]) for index in before])
+            blocked = np.array([_count_blocked_cells(run.decisions[index]) for index in before])
             chosen.append(int(before[np.flatnonzero(blocked >= 0.5 * blocked.max())[-1]]))
     return chosen
 
 
-def _blocked_cells(entry: LoggedDecision) -> int:
+def _count_blocked_cells(entry: LoggedDecision) -> int:
     reach = entry.flight.decision.reach
     return int(np.count_nonzero(reach.passed & (reach.reachability == 0.0)))
 
@@ -81,7 +81,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     entry = run.decisions[-1 if index is None else index]
     until = run.time_s[-1] if index is None else entry.flight.time_s
     flown = run.states[run.time_s <= until + 1e-9, :3]
-    seen = _seen(run.decisions, until)
+    seen = _find_seen(run.decisions, until)
     planned = entry.flight.decision.path_m if index is not None else None
     outline = field_of_view(entry) if index is not None else []
     ways = _ways_out(run, index)
@@ -98,7 +98,7 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
     space = figure.add_subplot(panels[0], projection="3d")
     assert isinstance(space, Axes3D)
     _draw_space(space, run, flown, planned, seen, outline, ways, limits)
-    above, side = stacked_views(figure, panels[1], limits)
+    above, side = stack_views(figure, panels[1], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_plane(axes, run, flown, planned, seen, outline, ways, columns)
     handles, labels = above.get_legend_handles_labels()
@@ -108,9 +108,9 @@ def draw_snapshot(run: Run, index: int | None, title: str) -> Figure:
 
 
 def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
-    """[n, 3] each: the way out in hand at a decision, or at a few over the whole flight.
+    """[n, 3] each: the held escape at a decision, or at a few over the whole flight.
 
-    Those that lead where nobody has looked, though strict ones are asked for, are left out.
+    Those that lead through unobserved space, though strict ones are asked for, are left out.
     """
     entries = run.decisions if index is None else run.decisions[index : index + 1]
     decisions = [entry.flight.decision for entry in entries]
@@ -121,7 +121,7 @@ def _ways_out(run: Run, index: int | None) -> list[FloatArray]:
     return [held[at].way_out_path_m for at in few.tolist()]
 
 
-def _seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
+def _find_seen(decisions: Sequence[LoggedDecision], until_s: float) -> FloatArray:
     """[n, 3] returns used by the decisions until then, world frame, thinned to a drawable few."""
     used = [entry.flight.decision for entry in decisions if entry.flight.time_s <= until_s + 1e-9]
     ends = np.cumsum([len(decision.seen_m) for decision in used])

@@ -41,10 +41,10 @@ def draw_map(
         above, side = figure.subplots(2, 1, height_ratios=[4.0, 1.0], sharex=True)
         tops = np.array([_top_m(one) for one in solid])
         scale = Normalize(tops.min(), tops.max())
-        drawn = _coloured([_footprint(one) for one in solid], tops, scale)
+        drawn = _colour([_footprint(one) for one in solid], tops, scale)
         above.add_collection(drawn)
         figure.colorbar(drawn, ax=[above, side], label="top above the origin (m)")
-        side.add_collection(_coloured([_from_south(one) for one in solid], tops, scale))
+        side.add_collection(_colour([_from_south(one) for one in solid], tops, scale))
         side.autoscale_view()
     _zones(above, zones)
     _frame(above)
@@ -114,7 +114,7 @@ def _zones(axes: Axes, zones: Mapping[str, Sequence[Obstacle]]) -> None:
         middle = np.concatenate(outlines).mean(axis=0)
         axes.plot(*middle, "+", color=ZONE)
         axes.annotate(
-            _named(name, volumes),
+            _name_zone(name, volumes),
             middle,
             xytext=(0, 6),
             textcoords="offset points",
@@ -123,14 +123,14 @@ def _zones(axes: Axes, zones: Mapping[str, Sequence[Obstacle]]) -> None:
         )
 
 
-def _named(name: str, volumes: Sequence[Obstacle]) -> str:
+def _name_zone(name: str, volumes: Sequence[Obstacle]) -> str:
     """The name of a zone over the heights that it spans."""
     top = max(_top_m(one) for one in volumes)
     foot = min(2.0 * float(one.position_m[2]) - _top_m(one) for one in volumes)
     return f"{name}\n{foot:z.0f} to {top:z.0f} m"
 
 
-def _coloured(corners: list[FloatArray], tops: FloatArray, scale: Normalize) -> PolyCollection:
+def _colour(corners: list[FloatArray], tops: FloatArray, scale: Normalize) -> PolyCollection:
     return PolyCollection(
         corners, array=tops, norm=scale, cmap=COLOURS, edgecolors="face", linewidths=0.3
     )

@@ -122,7 +122,7 @@ def _draw_track(
     colour: str | None,
     picture: AirPicture,
 ) -> None:
-    """One aircraft; its line is broken where it is not heard of."""
+    """One aircraft; its line is broken where it is not reported."""
     after = np.flatnonzero(~one.heard_of) + 1
     places = np.column_stack([one.latitude_deg, one.longitude_deg, np.zeros(len(one.time_s))])
     east, north, _ = np.insert(enu_from_geodetic(places, origin), after, np.nan, axis=0).T / 1000.0

@@ -44,7 +44,7 @@ def clip_line(line_m: FloatArray, limits: Limits) -> FloatArray:
     return np.where(within(line_m, limits)[:, None], line_m, np.nan)
 
 
-def stacked_views(figure: Figure | SubFigure, place: SubplotSpec, limits: Limits) -> list[Axes]:
+def stack_views(figure: Figure | SubFigure, place: SubplotSpec, limits: Limits) -> list[Axes]:
     """A view from above and one from the side below it, to one scale and with one x axis."""
     low, high = limits
     ratios = [float(high[1] - low[1]), float(high[2] - low[2])]

@@ -15,7 +15,7 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.speed_choice import SpeedChoice, SpeedLimit
 from clearway.base.brief import runs
 from clearway.base.frames import FloatArray
-from clearway.sim import LoggedDecision, Run, decided_by_clearway
+from clearway.sim import LoggedDecision, Run, is_clearway_run
 from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import DASHES, ESCAPE_COLOUR, PLANNED
 from clearway.view.plot.ground_plan import draw_ground_plan
@@ -61,7 +61,7 @@ PIXELS = 900
 
 def has_speeds(run: Run[Steering]) -> bool:
     """Whether a flight is of a vehicle with inertia, decided by clearway."""
-    if not decided_by_clearway(run) or not run.decisions:
+    if not is_clearway_run(run) or not run.decisions:
         return False
     return run.decisions[0].flight.decision.speed is not None
 

@@ -85,7 +85,7 @@ class Pictures:
     """Of what is no vector."""
 
     @classmethod
-    def checked(cls, form: str, dpi: int) -> Pictures:
+    def check(cls, form: str, dpi: int) -> Pictures:
         """Raises InputError naming the option that is out of its bounds."""
         if form not in FORMATS:
             near = did_you_mean(form, FORMATS)

@@ -14,7 +14,7 @@ from clearway.sim.pilot import Steering
 from clearway.view.plot.flight import EXECUTED, PLANNED, WAYPOINT, field_of_view
 from clearway.view.plot.flight_curves import finish_distances
 from clearway.view.plot.ground_plan import draw_ground_plan, draw_kept_out
-from clearway.view.plot.space import Limits, limits_around, stacked_views
+from clearway.view.plot.space import Limits, limits_around, stack_views
 from clearway.view.plot.style import halo
 
 DECISION, TRACK, INTRUDER, STRAIGHT = "#12336b", "#d98ab5", "#b0125b", "#9a9a9a"
@@ -41,10 +41,10 @@ def draw_traffic(
     """
     until = run.time_s[-1] if index is None else run.decisions[index].flight.time_s
     taken = [entry for entry in run.decisions if entry.flight.time_s <= until + 1e-9]
-    limits = limits_around(_shown(run, taken, until, whole=index is None))
+    limits = limits_around(_choose_shown(run, taken, until, whole=index is None))
     figure = Figure(figsize=_size(limits), layout="constrained")
     figure.suptitle(title)
-    above, side = stacked_views(figure, figure.add_gridspec(1, 1)[0], limits)
+    above, side = stack_views(figure, figure.add_gridspec(1, 1)[0], limits)
     for axes, columns in ((above, (0, 1)), (side, (0, 2))):
         _draw_view(axes, run, taken, until, columns, whole=index is None)
     draw_ground_plan(above, run.states[:, :3], world, run.safety_margin_m)
@@ -64,7 +64,9 @@ def _size(limits: Limits) -> tuple[float, float]:
     return width, float(np.clip(width * tall, 3.0, 7.0)) + 1.6
 
 
-def _shown(run: Run, taken: list[LoggedDecision], until_s: float, *, whole: bool) -> FloatArray:
+def _choose_shown(
+    run: Run, taken: list[LoggedDecision], until_s: float, *, whole: bool
+) -> FloatArray:
     """[n, 3] places that the picture must hold: all of a flight, or what is near at a moment."""
     flown = run.states[run.time_s <= until_s + 1e-9, :3]
     ends = [track[-1:, 1:] for track in _near_tracks(run, until_s).values()]

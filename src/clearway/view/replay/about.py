@@ -13,7 +13,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.own_code import shorten_own_name
 from clearway.base.packed import one_a_voxel
 from clearway.base.version import __version__
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.missions.setup import FlightSetup
 from clearway.obstacles.columns import Columns
 from clearway.obstacles.obstacle import Obstacle
@@ -37,7 +37,9 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
     radii = {}
     if traffic is not None:
         bodies = traffic.margin_m - run.safety_margin_m
-        radii = {name: rounded(float(r)) for name, r in zip(traffic.names, bodies, strict=True)}
+        radii = {
+            name: round_number(float(r)) for name, r in zip(traffic.names, bodies, strict=True)
+        }
     ground_m = settings.ground_height_m
     return {
         "format": FORMAT,
@@ -49,7 +51,7 @@ def mission_message(run: Run[Steering], setup: FlightSetup, begins_s: float) -> 
         "margin_m": run.safety_margin_m,
         "body_radius_m": setup.craft.body_radius_m,
         "speed_mps": setup.planner.speed_mps,
-        "ground_m": None if ground_m is None else rounded(ground_m),
+        "ground_m": None if ground_m is None else round_number(ground_m),
         "start_m": mission.start.position_m.tolist(),
         "waypoints_m": mission.waypoints_m.tolist(),
         "landing_m": mission.landing_m.tolist(),
@@ -94,7 +96,7 @@ def obstacles_message(setup: FlightSetup) -> list[dict[str, Any]]:
         {
             "name": one.name,
             "shape": one.shape,
-            "known": _known(key in there, key in charted),
+            "known": _describe_known(key in there, key in charted),
             "position_m": np.round(one.position_m, 4).tolist(),
             "orientation_rad": np.round(one.orientation_rad, 5).tolist(),
             "size_m": list(one.size_m),
@@ -104,7 +106,7 @@ def obstacles_message(setup: FlightSetup) -> list[dict[str, Any]]:
     ]
 
 
-def surveyed_points(world: World) -> FloatArray:
+def list_surveyed_points(world: World) -> FloatArray:
     """[n, 3] points of the surveyed parts of a world, thinned to a number that can be shown."""
     points = [part.points_m for part in _parts(world) if isinstance(part, PointWorld)]
     if not points:
@@ -145,7 +147,7 @@ def _key(obstacle: Obstacle) -> tuple[object, ...]:
     )
 
 
-def _known(there: bool, charted: bool) -> str:
+def _describe_known(there: bool, charted: bool) -> str:
     if not there and not charted:
         return "rule"
     return "both" if there and charted else "world" if there else "map"

@@ -66,7 +66,7 @@ def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitiv
 
 
 def way_out(decision: Decision, at_ns: int) -> fox.SceneUpdate:
-    """The way out in hand, up to the end of its first round; nothing where there is none."""
+    """The held escape, up to the end of its first round; nothing where there is none."""
     points = list_points(decision.way_out_path_m)
     lines = [line(points, ESCAPE_RGB, 2.0)] if points else []
     return fox.SceneUpdate(entities=[entity("escape", at_ns, lines=lines)])

@@ -78,7 +78,9 @@ def transform(at_ns: int, place_m: FloatArray, turned: fox.Quaternion) -> fox.Fr
     )
 
 
-def mounted(at_ns: int, name: str, position_m: FloatArray, attitude_rad: FloatArray) -> Transforms:
+def mount_sensor(
+    at_ns: int, name: str, position_m: FloatArray, attitude_rad: FloatArray
+) -> Transforms:
     """The frame of a sensor on the vehicle."""
     return fox.FrameTransforms(
         transforms=[

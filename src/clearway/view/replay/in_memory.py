@@ -9,11 +9,11 @@ from clearway.live import FlightDecision
 from clearway.missions.setup import FlightSetup
 from clearway.sim import Run
 from clearway.sim.pilot import Steering
-from clearway.view.replay.about import mission_message, surveyed_points
+from clearway.view.replay.about import list_surveyed_points, mission_message
 from clearway.view.replay.messages import (
     decision_message,
     intruders_message,
-    seen_points,
+    list_seen_points,
     state_messages,
 )
 from clearway.view.replay.reading import Recording
@@ -36,8 +36,10 @@ def recording_of(run: Run[Steering], setup: FlightSetup) -> Recording:
         decisions=Made(run.decisions, decision_message),
         cells=(),
         reach=(),
-        points_m=Made(clearways, lambda flight: seen_points(flight.decision, mission["voxel_m"])),
+        points_m=Made(
+            clearways, lambda flight: list_seen_points(flight.decision, mission["voxel_m"])
+        ),
         reach_sets=(),
         intruders=Made(times_s, lambda time_s: intruders_message(run, time_s)),
-        surveyed_m=surveyed_points(setup.world),
+        surveyed_m=list_surveyed_points(setup.world),
     )

@@ -18,7 +18,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.made import Made
 from clearway.base.own_code import shorten_own_name
 from clearway.base.packed import voxel_centers
-from clearway.io.json_values import rounded
+from clearway.io.json_values import round_number
 from clearway.live import FlightDecision
 from clearway.live.mission import Mode
 from clearway.missions.run_files import decision_record
@@ -35,7 +35,7 @@ SILENCE_S = 0.1
 
 
 def decision_message(entry: LoggedDecision[Steering]) -> dict[str, Any]:
-    """The record of the log, with plan, way out, and the moving that were reckoned with."""
+    """The record of the log, with plan, escape, and the moving that were reckoned with."""
     message = decision_record(entry)
     flight = entry.flight
     if isinstance(flight, FlightDecision):
@@ -72,8 +72,8 @@ def moving(decision: Decision) -> list[dict[str, Any]]:
             "name": name,
             "position_m": np.round(place, 3).tolist(),
             "velocity_mps": np.round(velocity, 3).tolist(),
-            "radius_m": rounded(radius),
-            "growth_mps": rounded(growth),
+            "radius_m": round_number(radius),
+            "growth_mps": round_number(growth),
         }
         for name, place, velocity, radius, growth in zip(
             decision.intruders, places, velocities, known.radius_m, known.growth_mps, strict=True
@@ -128,7 +128,7 @@ def reach_message(decision: Decision) -> dict[str, Any]:
     }
 
 
-def seen_points(decision: Decision, voxel_m: float) -> FloatArray:
+def list_seen_points(decision: Decision, voxel_m: float) -> FloatArray:
     """[n, 3] centres of the voxels of the world that hold points the planner reckoned with."""
     return voxel_centers(decision.seen_m, voxel_m)
 
@@ -144,8 +144,8 @@ def state_messages(run: Run[Steering]) -> Sequence[dict[str, Any]]:
             "time_s": round(float(run.time_s[at]), 6),
             "position_m": places[at].tolist(),
             "attitude_rad": attitudes[at].tolist(),
-            "obstacle_distance_m": rounded(float(run.metrics.obstacle_distance_m[at])),
-            "intruder_distance_m": rounded(float(nearest[at])),
+            "obstacle_distance_m": round_number(float(run.metrics.obstacle_distance_m[at])),
+            "intruder_distance_m": round_number(float(nearest[at])),
         }
 
     return Made(range(len(run.time_s)), state)

@@ -49,14 +49,14 @@ def pack(recording: Recording) -> bytes:
     head["surveyed"] = _pack_points("surveyed", recording.surveyed_m, blocks)
     # As text one by one: as objects those of an hour take a hundred megabytes.
     decisions = ",".join(_text(_decision(one)) for one in recording.decisions)
-    return zlib.compress(_joined(head, decisions, blocks), level=9)
+    return zlib.compress(_join(head, decisions, blocks), level=9)
 
 
 def _text(value: dict[str, Any]) -> str:
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
-def _joined(head: dict[str, Any], decisions: str, blocks: dict[str, Array]) -> bytes:
+def _join(head: dict[str, Any], decisions: str, blocks: dict[str, Array]) -> bytes:
     body = bytearray()
     places: dict[str, Any] = {}
     for name, array in blocks.items():
@@ -180,7 +180,7 @@ def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> ReplayMessage 
     def index(points_m: FloatArray) -> npt.NDArray[np.int64]:
         return np.asarray(np.floor(points_m / voxel), dtype=np.int64)
 
-    ends = [np.stack([i.min(axis=0), i.max(axis=0)]) for i in map(index, _filled(recording))]
+    ends = [np.stack([i.min(axis=0), i.max(axis=0)]) for i in map(index, _fill(recording))]
     if not ends:
         return None
     low = np.min(ends, axis=(0, 1))
@@ -204,7 +204,7 @@ def _pack_seen(recording: Recording, blocks: dict[str, Array]) -> ReplayMessage 
     return _pack_points("seen", points, blocks)
 
 
-def _filled(recording: Recording) -> Iterator[FloatArray]:
+def _fill(recording: Recording) -> Iterator[FloatArray]:
     return (cloud for cloud in recording.points_m if len(cloud))
 
 

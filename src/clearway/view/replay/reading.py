@@ -109,15 +109,15 @@ def _recording(path: Path, messages: dict[str, list[bytes]]) -> Recording:
 def _read(messages: list[bytes], read: Callable[[bytes], T]) -> Sequence[T]:
     """What messages say, read when asked for; each is read once at first, to find the damaged."""
     for data in messages:
-        read(_unpacked(data))
-    return Made(messages, lambda data: read(_unpacked(data))) if messages else ()
+        read(_unpack(data))
+    return Made(messages, lambda data: read(_unpack(data))) if messages else ()
 
 
-def _packed(data: bytes) -> bytes:
+def _pack(data: bytes) -> bytes:
     return zlib.compress(data, 1) if len(data) >= PACK_FROM or data[:1] == PACKED else data
 
 
-def _unpacked(data: bytes) -> bytes:
+def _unpack(data: bytes) -> bytes:
     return zlib.decompress(data) if data[:1] == PACKED else data
 
 
@@ -131,7 +131,7 @@ def _check_complete(path: Path, messages: dict[str, list[bytes]]) -> None:
             f"there are {topics}",
         )
     try:
-        about = json.loads(_unpacked(messages[schemas.MISSION][0]))
+        about = json.loads(_unpack(messages[schemas.MISSION][0]))
         version = about["format"]
     except (ValueError, KeyError, TypeError) as cause:
         raise InputError(str(path), f"{schemas.MISSION}: no readable message") from cause
@@ -169,7 +169,7 @@ def _messages(path: Path) -> dict[str, list[bytes]]:
         for channel in summary.channels.values() if summary else ():
             found[channel.topic] = []
         for _, channel, message in reader.iter_messages(topics=READ):
-            found[channel.topic].append(_packed(message.data))
+            found[channel.topic].append(_pack(message.data))
     return found
 
 
@@ -206,7 +206,7 @@ def _check_unpacked(path: Path, stream: IO[bytes]) -> None:
     stream.seek(0)
     for record in StreamReader(stream, emit_chunks=True).records:
         if isinstance(record, Chunk):
-            size_told = _told_size(record.compression, record.data, most)
+            size_told = _read_stated_size(record.compression, record.data, most)
             unpacked += max(record.uncompressed_size, size_told)
         if unpacked > most:
             raise InputError(
@@ -217,7 +217,7 @@ def _check_unpacked(path: Path, stream: IO[bytes]) -> None:
     stream.seek(0)
 
 
-def _told_size(compression: str, packed: bytes, most: int) -> int:
+def _read_stated_size(compression: str, packed: bytes, most: int) -> int:
     """What a packed chunk itself unpacks to, up to so much, where that may be more than its record
     tells."""
     if compression == "zstd":

@@ -22,15 +22,15 @@ from clearway.sensors.beams.lidar import Mounting
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 from clearway.view.replay import schemas
-from clearway.view.replay.about import mission_message, surveyed_points
+from clearway.view.replay.about import list_surveyed_points, mission_message
 from clearway.view.replay.messages import (
     cells_message,
     decision_message,
     intruders_message,
+    list_seen_points,
     reach_message,
     reach_set_message,
     scalars_message,
-    seen_points,
     state_messages,
 )
 
@@ -211,7 +211,7 @@ class _Writer:
         at_ns = self.nanoseconds(start)
         scene = self.fox.scene(self.mission, self.run.states[::4, :3], at_ns)
         self.scenes[schemas.SCENE].log(scene, log_time=at_ns)
-        surveyed = surveyed_points(self.setup.world)
+        surveyed = list_surveyed_points(self.setup.world)
         if len(surveyed):
             cloud = self.fox.point_cloud(at_ns, surveyed)
             self.clouds[schemas.WORLD_POINTS].log(cloud, log_time=at_ns)
@@ -228,7 +228,9 @@ class _Writer:
                 topic = f"{schemas.SCANS}{name}"
                 clouds[name] = channels.PointCloudChannel(topic, context=self.context)
                 mounting = mountings.get(name, Mounting())
-                placed = self.fox.mounted(start, name, mounting.position_m, mounting.attitude_rad)
+                placed = self.fox.mount_sensor(
+                    start, name, mounting.position_m, mounting.attitude_rad
+                )
                 self.transforms.log(placed, log_time=start)
             at_ns = self.nanoseconds(scan.time_s)
             cloud = self.fox.point_cloud(at_ns, scan.points_m, name)
@@ -261,7 +263,7 @@ class _Writer:
             self._write_own(schemas.REACH_SET, time_s, reach_set_message(reach_set))
         self._write_own(schemas.CELLS, time_s, cells_message(decision, self.settings))
         self._write_own(schemas.REACH, time_s, reach_message(decision))
-        points = seen_points(decision, self.mission["voxel_m"])
+        points = list_seen_points(decision, self.mission["voxel_m"])
         cloud = self.fox.point_cloud(log_time, points)
         self.clouds[schemas.POINTS].log(cloud, log_time=log_time)
         plan = self.scene_of.plan(decision, log_time)

@@ -1,4 +1,4 @@
-"""How time marches over cells with prices, from a target to the vehicle: compiled loops."""
+"""How time marches over cells with cost weights, from a target to the vehicle: compiled loops."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ ENDS_BESIDE = 2
 SLACK = 3.0
 """Finest cells that time marches on after it has come to the vehicle."""
 FLOWN = 0.75
-"""Share of the price along the way that is being flown: another must be better by so much."""
+"""Share of the cost along the way that is being flown: another must be better by so much."""
 APART = 5e-5
-"""Share of its price by which a way to the left costs more than its like to the right: else of two
+"""Share of its cost by which a way to the left costs more than its like to the right: else of two
 that cost the same the order of cells would decide, and with it where north lies."""
 
 
@@ -77,7 +77,7 @@ class WayRule(NamedTuple):
     most: float
     """A metre costs no more than that."""
     far: float
-    """Price of a metre where cells that are not of the finest are closed: they may be too coarse to
+    """Cost of a metre where cells that are not of the finest are closed: they may be too coarse to
     show a gap; inf for none."""
 
 
@@ -85,7 +85,7 @@ class WayRule(NamedTuple):
 def way_speeds(
     cells: PricedCells, rule: WayRule, flown: Floats2, start: Floats, target: Floats
 ) -> Floats:
-    """Return the speed [cells] of ways by their price.
+    """Return the speed [cells] of ways by their cost.
 
     flown: [n, 3] corners of the way that is being flown, from the vehicle on; none for none.
     """

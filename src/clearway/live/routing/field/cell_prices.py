@@ -1,6 +1,6 @@
 """What a metre costs in a cell: compiled loops over the levels of cells.
 
-More where nobody has seen it, where little room to turn is left and where ways have come to
+More in unobserved space, where little room to turn is left and where ways have come to
 nothing; nothing leads through what stands.
 """
 
@@ -12,11 +12,11 @@ import numpy as np
 
 from clearway.base.arrays import Bools, Floats, Floats2, Ints2
 from clearway.base.compiled import compiled
-from clearway.live.routing.field.clearance_speed import BARRED_M, barred_within
+from clearway.live.routing.field.clearance_speed import BARRED_M, find_barred_clearance
 from clearway.live.routing.field.route_levels import Levels, middle_of
 
 UNOBSERVED_COST = 2.0
-"""Price of a metre that nobody has seen."""
+"""Cost of a metre that nobody has seen."""
 BEGINS = 2
 """Cells from the vehicle that a way cannot hang on, and from a goal at which it comes to it."""
 OF_TURN = 0.6
@@ -40,7 +40,7 @@ class PriceRule(NamedTuple):
 
 
 class PricedCells(NamedTuple):
-    """Space about the vehicle as cells with prices."""
+    """Space about the vehicle as cells with cost weights."""
 
     levels: Levels
     price: Floats
@@ -55,11 +55,11 @@ class PricedCells(NamedTuple):
 def prices_of(
     levels: Levels, clearance_m: Floats, seen: Bools, in_vain: Floats, rule: PriceRule
 ) -> Floats:
-    """Return the price [cells] of a metre."""
+    """Return the cost [cells] of a metre."""
     n, layers = levels.n, levels.layers
     price = np.empty(len(clearance_m))
     for level in range(levels.depth):
-        barred = barred_within(levels, level, rule.closed_m)
+        barred = find_barred_clearance(levels, level, rule.closed_m)
         first = level * n * n * layers
         for above in range(n * n):
             column, stands = first + above * layers, False
@@ -90,8 +90,8 @@ def _raise_without_room(
     share: float,
     times: float,
 ) -> None:
-    """Raise the price of cells of a level about which no turn of a share of the radius has room:
-    off something beside a wide place nobody has to keep for a turn."""
+    """Raise the cost of cells of a level about which no turn of a share of the radius has room: off
+    something beside a wide place nobody has to keep for a turn."""
     n, layers, within = levels.n, levels.layers, share * rule.turning_m
     room = rule.margin_m + within
     steps = _outwards(levels, level, within)

@@ -1,7 +1,8 @@
 """The compiled loops that keep up how far what is known stands from the middles of cells.
 
-Points are told of by voxels, one point each, in a table of hashes. A point lowers the clearance of
-the cells about it on all levels; where points vanish, cells are marked anew from those that stay.
+Points are reported by voxels, one point each, in a table of hashes. A point lowers the clearance
+of the cells about it on all levels; where points vanish, cells are marked anew from those that
+stay.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class KnownPoints(NamedTuple):
     voxel_m: float
     table: Ints2
     """[a power of two, 2] by the hash of a voxel: its number, -1 for none; and of its point, when
-    it was told of last and its index, in one number: a look into memory less."""
+    it was reported last and its index, in one number: a look into memory less."""
     point: Floats2
     """[capacity, 4] world frame, and 1; -1 for one that vanished."""
     counts: Ints
@@ -81,8 +82,8 @@ def _slot(a: int, b: int, c: int, mask: int) -> int:
 
 @compiled
 def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: float) -> Ints:
-    """Return the points within a distance of the vehicle [3] that were not told of, nor any beside
-    them, and drop them: of the same surface, others are told of every time."""
+    """Return the points within a distance of the vehicle [3] that were not reported, nor any
+    beside them, and drop them: of the same surface, others are reported every time."""
     gone = [0]
     per_metre, mask = 1.0 / known.voxel_m, len(known.table) - 1
     for at in range(known.counts[0]):
@@ -110,7 +111,7 @@ def find_vanished(known: KnownPoints, telling: int, vehicle: Floats, within_m: f
 
 @compiled
 def _is_told_beside(known: KnownPoints, telling: int, a: int, b: int, c: int) -> bool:
-    """Whether a point of a voxel that touches one was told of."""
+    """Whether a point of a voxel that touches one was reported."""
     table, mask = known.table, len(known.table) - 1
     for u in range(a - 1, a + 2):
         for v in range(b - 1, b + 2):

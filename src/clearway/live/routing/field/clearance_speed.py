@@ -40,7 +40,7 @@ def speeds_of(levels: Levels, clearance_m: Floats, rule: SpeedRule) -> Floats:
     speed = np.empty(len(clearance_m))
     cell = 0
     for level in range(levels.depth):
-        barred = barred_within(levels, level, rule.margin_m)
+        barred = find_barred_clearance(levels, level, rule.margin_m)
         per_metre = (rule.fast_mps - rule.slow_mps) / max(rule.wide_m - rule.margin_m, 1e-9)
         closed = 0.0 if level < rule.exact_levels else rule.porous_mps
         for _ in range(n * n * layers):
@@ -59,7 +59,7 @@ def speeds_of(levels: Levels, clearance_m: Floats, rule: SpeedRule) -> Floats:
 
 
 @compiled
-def barred_within(levels: Levels, level: int, margin_m: float) -> float:
+def find_barred_clearance(levels: Levels, level: int, margin_m: float) -> float:
     """Return the clearance in metres below which cells of a level are closed."""
     # No step from middle to middle leads through a wall of points a finest cell apart.
     barred = 0.5 * np.hypot(levels.width_m * (1 << level), levels.width_m)

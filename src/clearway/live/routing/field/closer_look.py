@@ -1,5 +1,5 @@
-"""Cells that hold a place with the margin although their middle has none: before it is said that no
-way leads to a goal, they are open too."""
+"""Cells that hold a place with the margin although their middle has none: before it is stated that
+no way leads to a goal, they are open too."""
 
 from __future__ import annotations
 

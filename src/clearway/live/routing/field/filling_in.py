@@ -45,8 +45,8 @@ def fill_in_rest(m: March, vehicle: Floats, bound: float) -> None:
 
 @compiled
 def lean_away(m: March, slow_mps: float) -> None:
-    """Give cells beside those that have a way the latest time of these and the way out: between
-    the middles of cells, times then lead away from what stands."""
+    """Give cells beside those that have a way the latest time of these and the escape: between the
+    middles of cells, times then lead away from what stands."""
     levels = m.levels
     n, layers = levels.n, levels.layers
     row = n * layers

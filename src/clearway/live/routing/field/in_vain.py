@@ -12,7 +12,7 @@ from clearway.base.frames import FloatArray
 from clearway.live.routing.field.route_levels import Levels, middle_of
 
 PATIENCE_S = 4.0
-"""Time about one place after which the way on is in vain."""
+"""Time about one place after which the way on is without success."""
 STAYS_WITHIN = 4.0
 """Margins: within so many of a place the vehicle is still there."""
 AHEAD = 12.0
@@ -26,7 +26,7 @@ MOST_TIMES, MOST_PLACES = 8, 64
 
 
 class InVain:
-    """Places that ways led through in vain.
+    """Places that ways led through without success.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def narrowest_ahead(field: RouteField, vehicle: Floats, far_m: float, step_m: fl
         seconds, dx, dy, dz, speed = time_to_go(field, x, y, z)
         if seconds == np.inf or (dx == 0.0 and dy == 0.0 and dz == 0.0):
             break
-        # The vehicle's own place may be narrow too; it is not the way on.
+        # The vehicle's own position may be narrow too; it is not the way on.
         if speed < slowest and flown > 0.0:
             best, slowest = np.array([x, y, z]), speed
         x, y, z, flown = x + step_m * dx, y + step_m * dy, z + step_m * dz, flown + step_m

@@ -30,8 +30,8 @@ ROLL_WITHIN = 8
 OF_CELL = 0.6
 """Edge of a voxel that one point is kept of, in finest cells."""
 PROVES_GONE, PROVES_EVERY = 20.0, 4
-"""Finest cells from the vehicle within which points that are not told of are gone, and how often
-that is looked at: farther off other places of the same things are seen every time."""
+"""Finest cells from the vehicle within which points that are not reported are gone, and how
+often that is looked at: farther off other places of the same things are seen every time."""
 BaseClearance = Callable[[FloatArray, float], FloatArray]
 """(places [n, 3], how far it matters) -> clearance [n] from what is known without points: maps and
 rules; inf where nothing is."""

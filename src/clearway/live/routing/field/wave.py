@@ -187,7 +187,7 @@ def _beside_level(
         q = (low[level, 1] + v) // 2 - low[level + 1, 1]
         cell = (((level + 1) * n + p) * n + q) * layers + k
         time = m.time_s[cell]
-        # Coarse cells lie half a cell aside: between two of them, a quarter of the way.
+        # Coarse cells lie half a cell to the side: between two of them, a quarter of the way.
         step = 1 if (low[level, 1] + v) % 2 == 1 else -1
         other = cell + step * layers
         inside = 0 <= q + step < n

@@ -54,7 +54,7 @@ def way_down(field: RouteField, start: Floats) -> Floats2:
         path[count, 0], path[count, 1], path[count, 2] = to_x, to_y, to_z
         left = best
         count += 1
-    return _needed(field, path[:count])
+    return _keep_turns(field, path[:count])
 
 
 @compiled
@@ -71,7 +71,7 @@ def _cell_width(field: RouteField, x: float, y: float) -> float:
 
 
 @compiled
-def _needed(field: RouteField, path: Floats2) -> Floats2:
+def _keep_turns(field: RouteField, path: Floats2) -> Floats2:
     """The places of a path at which it turns: between, straight lines take no longer."""
     kept = np.empty((len(path), 3))
     count, at, last = 0, 0, len(path) - 1

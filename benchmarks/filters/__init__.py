@@ -1,0 +1,1 @@
+"""The guardian beside other safety filters: `python -m benchmarks.filters`."""

@@ -1,0 +1,44 @@
+"""The guardian of clearway behind the protocol of all filters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.filters.protocol import TICK_S, Command, Own, Surroundings, check_wish
+from clearway.base.frames import FloatArray
+from clearway.base.state import State
+from clearway.live.guard.guardian import Guardian
+from clearway.mavlink.simulated_targets import VelocityTarget
+
+LEAD_S = 0.5 * TICK_S
+"""By which set-points are ahead, as in live sessions."""
+MOST_LEAD_S = 0.3
+"""At its speed: set-points are no farther ahead of the copter."""
+
+
+class GuardianFilter:
+    """The filter of one flight."""
+
+    def __init__(self, guardian: Guardian) -> None:
+        self.guardian = guardian
+
+    def look(self, own: Own, known: Surroundings) -> None:
+        """Tell it the own state and the newest scans."""
+        attitude = np.array([0.0, 0.0, own.yaw_rad])
+        self.guardian.update(
+            State(own.position_m, attitude, time_s=own.time_s, velocity_mps=own.velocity_mps)
+        )
+        for scan in known.news:
+            self.guardian.update(scan)
+        self.guardian.catch_up(own.time_s)
+
+    def command(self, own: Own, wish_mps: FloatArray, _known: Surroundings) -> Command:
+        """Return the wish if it passes, else what the guardian flies."""
+        wish = check_wish(wish_mps)
+        told = self.guardian.guard_velocity(wish, own.time_s, own_velocity_mps=own.velocity_mps)
+        if told.is_velocity:
+            return Command(VelocityTarget(told.velocity_mps, told.yaw_rate_rps), told.passed)
+        point = self.guardian.set_point_at(own.time_s + LEAD_S)
+        assert point is not None  # It has just answered.
+        lead_m = MOST_LEAD_S * self.guardian.planner.speed_mps
+        return Command(point.led_by_at_most(own.position_m, lead_m), False)
