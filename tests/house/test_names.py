@@ -137,3 +137,37 @@ def test_participles_are_found(name):
 @pytest.mark.parametrize("name", ["feed", "needs_map", "set_speed", "read", "ned_from_enu", "edge"])
 def test_verbs_and_nouns_are_none(name):
     assert not begins_with_participle(name)
+
+
+RANGE = re.compile(r"range\([-\d, ]+\)")
+
+
+def constants_in_one_line(tree: ast.Module) -> list[str]:
+    """`A, B = 1, 2`, or by `range`; what is unpacked of something computed is one thing."""
+    return [
+        ast.unparse(node.targets[0])
+        for node in tree.body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Tuple)
+        and (isinstance(node.value, ast.Tuple) or RANGE.fullmatch(ast.unparse(node.value)))
+        and ast.unparse(node.targets[0]).isupper()
+    ]
+
+
+def test_constants_stand_one_a_line():
+    found = {
+        file: names
+        for file, tree in TREES.items()
+        if not file.startswith(CHANGE_ELSEWHERE) and (names := constants_in_one_line(tree))
+    }
+    assert found == {}
+
+
+@pytest.mark.parametrize("line", ["A, B = 1, 2", "LOW_M, HIGH_M = -1.0, 1.0", "A, B = range(2)"])
+def test_several_in_one_line_are_found(line):
+    assert constants_in_one_line(ast.parse(line))
+
+
+@pytest.mark.parametrize("line", ["A = (1, 2)", "A, B = OTHERS", "a, b = 1, 2"])
+def test_one_a_line_is_let_pass(line):
+    assert constants_in_one_line(ast.parse(line)) == []

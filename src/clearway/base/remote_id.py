@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import zlib
 
-UNKNOWN_DIRECTION, UNKNOWN_SPEED, UNKNOWN_CLIMB = 36_100, 25_500, 6_300
+UNKNOWN_DIRECTION = 36_100
+UNKNOWN_SPEED = 25_500
+UNKNOWN_CLIMB = 6_300
 """Hundredths of degrees, centimetres a second."""
 UNKNOWN_ALTITUDE_M = -1_000.0
 ACCURACY_M = {

@@ -53,11 +53,13 @@ from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor, find_passed
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
-MOST_ASKED, MOST_STEPS = 20_000, 48
+MOST_ASKED = 20_000
+MOST_STEPS = 48
 """Voxels that a sensor of one's own is asked about at a sweep, and steps to the farthest one."""
 KEYFRAMES = 64
 """Views that are kept beside the latest."""
-APART_M, APART_OF_REACH = 0.5, 1.0 / 80.0
+APART_M = 0.5
+APART_OF_REACH = 1.0 / 80.0
 """Keyframes stand so far apart at least, or that share of the reach."""
 
 

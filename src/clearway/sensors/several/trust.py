@@ -39,9 +39,11 @@ TOGETHER_S = 1.0
 """Readings further apart in time are not checked against each other."""
 STEADY_S = 10.0
 """For so long after it was found steady a sensor counts as such."""
-LOWERED, RAISED = 0.7, 1.2
+LOWERED = 0.7
+RAISED = 1.2
 """Factors of trust by a verdict against a sensor, and for it."""
-DOUBTED, BELIEVED = 0.3, 0.6
+DOUBTED = 0.3
+BELIEVED = 0.6
 """Shares of the trust at the start: below the first nobody believes, above the second again."""
 MOST_COMPARED = 10_000
 """Returns of another sensor that a dynamic object is looked for among."""
