@@ -18,7 +18,8 @@ MOST_KEPT = 2000
 LATE_S = 0.5
 """How far from the time asked for a moving transform may be."""
 NO_TRANSFORM = "no transform"
-MOST_GAPS, LONGEST_NAME = 16, 60
+MOST_GAPS = 16
+LONGEST_NAME = 60
 """Gaps that are told by name, and the characters of a name."""
 
 
