@@ -19,7 +19,7 @@ ANONYMOUS = 1 << 24
 
 
 def remote_address(identity: bytes) -> int:
-    """A number for whoever sends under an identity, of 24 bits beside those given out by states."""
+    """A number for the sender of an identity, of 24 bits beside those given out by states."""
     return ANONYMOUS | zlib.crc32(bytes(identity).rstrip(b"\0")) & (ANONYMOUS - 1)
 
 

@@ -1,4 +1,4 @@
-"""What map obstacles do to cells: base probability (5.52), (5.53), and coating (def. 5, def. 6)."""
+"""What obstacles do to cells: base probability (5.52), (5.53), and inflation (def. 5, def. 6)."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ DISTANCES = "/fmu/in/obstacle_distance"
 
 
 class SimulatedPx4:
-    """Step it with `step`; whoever plays the pilot uses `commander`."""
+    """Step it with `step`; a simulated pilot uses `commander`."""
 
     def __init__(
         self,

@@ -94,7 +94,7 @@ def first_escape(
     the best of a few; -1 if none is safe.
 
     What is quick to find out is looked at first, and what does not depend on the distance once. Of
-    beginnings whose ends nobody has seen, no loop is looked at.
+    beginnings with unobserved ends, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
     begun = begin_at(pose, start_s, tips, terms)

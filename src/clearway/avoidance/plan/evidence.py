@@ -1,6 +1,6 @@
 """From what is known to evidence per cell, and to what trajectories must keep clear of.
 
-Whoever looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
+All that looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def feature_problem(feature: MapFeature, *, stands: bool = True) -> str | None:
     """Why a feature cannot be of this Earth; comparisons hold for NaN and infinities too.
 
     stands: on the ground, unlike a zone of the air. One that begins above all ground would hang in
-    the air, out of the way of whoever flies into it.
+    the air, out of the way of aircraft there.
     """
     for end, height in (("foot", feature.low), ("top", feature.high)):
         if not DEEPEST_M <= height.value_m <= TOP_M:

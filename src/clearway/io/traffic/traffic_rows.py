@@ -68,7 +68,7 @@ class Sieve:
             self.notes.append(place)
 
     def cut_off(self, place: str) -> None:
-        """The last message, of which the end is missing: whoever stops a recorder leaves one."""
+        """The last message, of which the end is missing: a recorder that is stopped leaves one."""
         self.drop(CUT_OFF)
         self.notes.append(f"truncated: {place}; left out, all before it was read")
 

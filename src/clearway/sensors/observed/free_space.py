@@ -7,7 +7,7 @@ free (the free spaces of section 3.5), so whatever is not marked here counts as 
 A beam clears what lies before its return, and a beam without return as far as the sensor would
 have seen the darkest target; none clears anything from where the smallest object may hide between
 beams. A place is free if all beams about it go on: one return that got lost among others clears
-nothing behind it, nor does one whose way through the sensor's blind range nobody has seen. Where
+nothing behind it, nor does one whose way through the sensor's blind range is unobserved. Where
 obstacles are declared to be columns, a beam clears what lies above and below it too.
 
 Each scan becomes a range view; the latest and keyframes are asked. Voxels are their index: they

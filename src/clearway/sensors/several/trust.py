@@ -1,14 +1,14 @@
 """Who is believed when sensors contradict each other where their fields overlap.
 
 A return is *refuted* by another sensor whose beams go on beyond it. That alone does not tell a
-ghost from a sensor that is blind, so two more things count. Whoever is *steady* has seen its own
+ghost from a sensor that is blind, so two more things count. A *steady* sensor has seen its own
 earlier returns again from another place: real things stay where they are, and a fault that travels
 with the vehicle does not. And weights: precision times trust of all that are steady.
 
 - Refuted, not steady, and confirmed by nobody: the sensor itself loses trust. So it does if that
   holds for some of its returns only, verdict after verdict: dirt on a lens, for instance.
 - Refuted by steady sensors that outweigh it and those that confirm it: it loses trust.
-- Refuted, but steady: whoever refuted it without being steady is taken as blind, and loses trust.
+- Refuted, but steady: a sensor that refuted it unsteadily is taken as blind, and loses trust.
 - Refuted by nobody, looked at by others, and steady: it regains trust, up to that of the start.
 - Otherwise nothing is decided, and its returns count: what one believed sensor sees is there.
 
