@@ -14,6 +14,7 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.guard.aircraft_ahead import AircraftAhead
+from clearway.live.guard.braking import Braking
 from clearway.live.guard.check import Checked, check_leg
 from clearway.live.guard.leg import Leg, leg_of
 from clearway.live.guard.nearby import velocities_near
@@ -49,22 +50,20 @@ class Examined(NamedTuple):
 class Admission:
     """Examines wishes for one vehicle.
 
-    hold_s: for how long a wish counts. acceleration_mps2: of the vehicle.
+    hold_s: for how long a wish counts. brakes: how the vehicle changes its velocity.
     """
 
-    def __init__(self, planner: Planner, hold_s: float, acceleration_mps2: float) -> None:
+    def __init__(self, planner: Planner, hold_s: float, brakes: Braking) -> None:
         if planner.escapes is None:
             raise ClearwayError("guardian: needs ways out")
         self.planner, self.hold_s = planner, hold_s
-        self._escapes, self._acceleration_mps2 = planner.escapes, acceleration_mps2
+        self._escapes, self._brakes = planner.escapes, brakes
         self._aloof = True  # Whether ways out that keep the margin from the unseen are looked for.
 
     def examine(self, wish: Wish, asked: Asked) -> Examined:
         """Hold a wish against all that is known."""
         automaton = self.planner.automaton
-        leg = leg_of(
-            wish, asked.state, asked.velocity_mps, automaton, self.hold_s, self._acceleration_mps2
-        )
+        leg = leg_of(wish, asked.state, asked.velocity_mps, automaton, self.hold_s, self._brakes)
         if not automaton.can_stop and not wish.fastest_mps > 0.0:
             flaw = Checked("stands still, which the vehicle cannot", math.nan)
             return Examined(wish, leg, flaw)
@@ -88,7 +87,7 @@ class Admission:
             [one.at(state.time_s) for one in around.intruders],
             margin_m(settings, around),
             settings.sigmas,
-            self._acceleration_mps2,
+            self._brakes.acceleration_mps2,
         )
         clear = ahead.nearest_clear(wished, automaton)
         return None if clear is None else VelocityWish(clear)

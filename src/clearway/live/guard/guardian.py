@@ -93,14 +93,15 @@ class Guardian:
         if planner.automaton.table is not None and not planner.automaton.has_inertia:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
         self.hold_s = hold_s
-        self.acceleration_mps2, self.braking = find_braking(planner, acceleration_mps2)
+        brakes = find_braking(planner, acceleration_mps2)
+        self.acceleration_mps2, self.braking = brakes.acceleration_mps2, brakes.why
         """Of the vehicle, and in words where that is from."""
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
         mission = Mission("guarded", start, waypoints_m=ahead[None])
         self._known = Knowledge(self.planner, mission, lidars, obstacle_map)
-        self._holding = Holding(self.planner, self._known)
-        self._admission = Admission(self.planner, hold_s, self.acceleration_mps2)
+        self._holding = Holding(self.planner, self._known, brakes.late_s)
+        self._admission = Admission(self.planner, hold_s, brakes)
         self._replacement = Replacement(
             self.planner, nearness, self._holding, self._known, hold_s, self.acceleration_mps2
         )

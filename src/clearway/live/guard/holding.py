@@ -25,10 +25,13 @@ NEAR_M = 0.3
 
 
 class Holding:
-    """A leg or a decision with the escape behind it, kept in step with what is known."""
+    """A leg or a decision with the escape behind it, kept in step with what is known.
 
-    def __init__(self, planner: Planner, known: Knowledge) -> None:
-        self.planner = planner
+    late_s: by which the vehicle answers later than it is commanded.
+    """
+
+    def __init__(self, planner: Planner, known: Knowledge, late_s: float) -> None:
+        self.planner, self._late_s = planner, late_s
         self._known = known
         self.held: Held | None = None
         self.passings: tuple[Passing, ...] = ()
@@ -124,9 +127,13 @@ class Holding:
         return self.commanded_at(own_s)[0]
 
     def commanded_at(self, own_s: float) -> tuple[SetPoint, FloatArray]:
-        """Place, velocity and yaw of an own time, and the velocity [3]; something is held."""
+        """Place, velocity and yaw of an own time, and the velocity [3]; something is held.
+
+        A vehicle that answers late is commanded its velocity early.
+        """
         assert self.held is not None
-        state, velocity = self.held.at(own_s)
+        state, _ = self.held.at(own_s)
+        _, velocity = self.held.at(own_s + self._late_s)
         return SetPoint(state.position_m, velocity, float(state.attitude_rad[2])), velocity
 
 

@@ -56,8 +56,6 @@ class Session(Hearing):
         super().__init__(system, sensor, terms, counts)
         self.system = system
         self._has_inertia = system.planner.automaton.has_inertia
-        # A movement ends between two ticks: the next one is decided on before, with time to spare.
-        system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
         self._lead = LeadTime(terms.lead_s)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._told_s = 0.0  # The vehicle's time of the last tick, as its messages tell it.
@@ -121,6 +119,9 @@ class Session(Hearing):
             self._unreached = self._beyond(self.system.mission.goals_m[first:], first + 1)
         self._led = self._is_led
         self.state = self._state_at(now, wall_s)
+        # A movement ends between two ticks, and is left early by a vehicle that answers late: the
+        # next one is decided on before, with time to spare.
+        self.system.ahead_s = max(AHEAD_TICKS * 2.0 * self.terms.lead_s, self._lead.seconds)
         flight, why, elapsed = self._decide(now)
         if flight is None and self.state.decides:
             self.system.keep_up(now)
