@@ -10,8 +10,7 @@ import pytest
 from clearway.base.state import State
 from clearway.live.guard.aircraft_ahead import LOOKS_S, AircraftAhead
 from clearway.live.inputs.tracking import HEADROOM, WINDOW_S, Tracking
-from clearway.live.link.lead import EARLIEST_S, LeadTime
-from clearway.live.link.own_speed import OwnSpeed
+from clearway.live.link.lead import EARLIEST_S, LeadTime, OwnSpeed
 from clearway.live.link.set_point import SetPoint
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton

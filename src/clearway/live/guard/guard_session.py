@@ -16,10 +16,10 @@ from clearway.live.guard.guardian import Guardian
 from clearway.live.guard.wish import VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.hearing import Hearing, SessionTerms
+from clearway.live.link.lead import OwnSpeed
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion
-from clearway.live.link.own_speed import OwnSpeed
 from clearway.live.link.set_point import SetPoint
 from clearway.sensors import Lidar
 

@@ -18,11 +18,10 @@ from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.link.approach import PredictedApproach, predict_approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
-from clearway.live.link.lead import LeadTime
+from clearway.live.link.lead import LeadTime, OwnSpeed
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
-from clearway.live.link.own_speed import OwnSpeed
 from clearway.live.link.set_point import SetPoint
 from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.preflight.doubts import is_kept_level, over_own_level
