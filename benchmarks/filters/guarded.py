@@ -8,12 +8,11 @@ from benchmarks.filters.protocol import TICK_S, Command, Own, Surroundings, chec
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.guard.guardian import Guardian
+from clearway.live.link.lead import OwnSpeed
 from clearway.mavlink.simulated_targets import VelocityTarget
 
 LEAD_S = 0.5 * TICK_S
 """By which set-points are ahead, as in live sessions."""
-MOST_LEAD_S = 0.3
-"""At its speed: set-points are no farther ahead of the copter."""
 
 
 class GuardianFilter:
@@ -21,6 +20,7 @@ class GuardianFilter:
 
     def __init__(self, guardian: Guardian) -> None:
         self.guardian = guardian
+        self._own_speed = OwnSpeed(guardian.planner.speed_mps)
 
     def look(self, own: Own, known: Surroundings) -> None:
         """Tell it the own state and the newest scans."""
@@ -40,5 +40,6 @@ class GuardianFilter:
             return Command(VelocityTarget(told.velocity_mps, told.yaw_rate_rps), told.passed)
         point = self.guardian.set_point_at(own.time_s + LEAD_S)
         assert point is not None  # It has just answered.
-        lead_m = MOST_LEAD_S * self.guardian.planner.speed_mps
-        return Command(point.led_by_at_most(own.position_m, lead_m), False)
+        here = State(own.position_m, time_s=own.time_s)
+        counts_s = own.time_s + LEAD_S
+        return Command(self._own_speed.limit(point, here, own.velocity_mps, counts_s), False)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from clearway.base.state import State
 from clearway.live.guard.aircraft_ahead import LOOKS_S, AircraftAhead
 from clearway.live.inputs.tracking import HEADROOM, WINDOW_S, Tracking
-from clearway.live.link.lead import EARLIEST_S, LeadTime
+from clearway.live.link.lead import EARLIEST_S, LeadTime, OwnSpeed
 from clearway.live.link.set_point import SetPoint
 from clearway.traffic import Intruder
 from clearway.vehicle.automaton import MovementAutomaton
@@ -87,3 +90,47 @@ def least_m(own: np.ndarray, asked: np.ndarray, other: Intruder) -> float:
         there = other.position_m + (n + 1) * step_s * other.velocity_mps
         least = min(least, float(np.linalg.norm(there - place)))
     return least
+
+
+@pytest.mark.parametrize("flown_mps", [1.5, 3.0, 3.4])
+def test_a_place_ahead_is_where_a_vehicle_at_its_own_speed_is_when_it_counts(
+    flown_mps: float,
+) -> None:
+    own = State(np.array([2.0, 1.0, 7.0]), time_s=5.0)
+    along = np.array([1.0, 0.0, 0.0])
+    asked = SetPoint(own.position_m + 9.0 * along, 3.0 * along, 0.0, 2.0 * along)
+    limited = OwnSpeed(3.0).limit(asked, own, flown_mps * along, 5.05)
+    ahead_m = limited.position_m - own.position_m
+    assert limited.acceleration_mps2 is not None
+    if flown_mps < 3.0:
+        assert 0.4 * 3.0 < ahead_m[0] < 0.5 * 3.0
+        assert limited.acceleration_mps2 == pytest.approx(2.0 * along)
+    else:
+        assert ahead_m == pytest.approx(0.05 * 3.0 * along)
+        assert limited.acceleration_mps2 == pytest.approx(np.zeros(3))
+    near = replace(asked, position_m=own.position_m - 0.1 * along)
+    behind = OwnSpeed(3.0).limit(near, own, flown_mps * along, 5.05)
+    assert behind.position_m == pytest.approx(near.position_m)  # As the plan asks.
+
+
+def test_one_that_answers_late_and_stays_slower_is_led_farther_ahead() -> None:
+    speed, along = OwnSpeed(3.0), np.array([1.0, 0.0, 0.0])
+    leads = []
+    for tick, flown_mps in enumerate([2.7] * 60 + [3.3] * 60):
+        own = State(np.zeros(3), time_s=0.1 * tick)
+        asked = SetPoint(9.0 * along, 3.0 * along, 0.0)
+        limited = speed.limit(asked, own, flown_mps * along, own.time_s + 0.05)
+        leads.append(float(limited.position_m[0]))
+    slow, fast = leads[:60], leads[60:]
+    assert np.diff(slow).min() > -1e-9
+    assert slow[-1] - slow[0] > 0.1 * 3.0
+    assert max(leads) <= 0.45 * 3.0 + 1e-9
+    assert np.diff(fast).max() < 1e-9
+    assert fast[-1] == pytest.approx(0.05 * 3.0)
+
+
+def test_a_place_to_hold_draws_no_faster_than_the_own_speed() -> None:
+    own, far = State(np.zeros(3)), np.array([0.0, 4.0, 0.0])
+    limited = OwnSpeed(1.0).limit(SetPoint.holding(far, 0.0), own, np.zeros(3), 0.05)
+    assert limited.velocity_mps is None
+    assert limited.position_m == pytest.approx(0.25 * far)

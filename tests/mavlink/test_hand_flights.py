@@ -54,6 +54,16 @@ def test_a_mission_stopped_and_told_to_go_on_finds_itself_relieved(tmp_path: Pat
 
 
 @pytest.mark.nightly
+def test_a_guardian_that_was_relieved_ends_with_status_1(tmp_path: Path) -> None:
+    flight = fly(tmp_path, stop, 4.0, continues_s=5.0, command="guard", after_s=8.0)
+    assert flight.status == 1
+    assert flight.result is not None
+    assert flight.result["state"] == "relieved"
+    assert FLOWN in "".join(flight.autopilot.texts)
+    assert flight.autopilot.nearest_obstacle_m >= MARGIN_M
+
+
+@pytest.mark.nightly
 def test_frames_of_the_second_process_are_signed_and_taken(tmp_path: Path) -> None:
     flight = fly(tmp_path, kill, 4.0, key=KEY)
     assert flight.autopilot.refused == {}

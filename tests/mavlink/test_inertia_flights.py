@@ -93,6 +93,21 @@ def test_a_stall_of_its_clock_makes_no_chase() -> None:
     assert np.count_nonzero(leads > 1.0) <= 10
 
 
+@pytest.mark.parametrize("habits", [
+    TILTS, Habits(tilt_s=0.2, acceleration_mps2=4.5, dead_s=0.15),
+    Habits(tilt_s=0.3, acceleration_mps2=3.5, dead_s=0.2),
+])  # fmt: skip
+def test_it_flies_no_faster_than_its_mission_from_the_first_second_on(habits: Habits) -> None:
+    flight = led(3.0, habits, sees=False)
+    held: list[bool] = []
+    while flight.autopilot.time_s < 12.0:
+        outcome = flight.step()
+        held.append(outcome.set_point is None or outcome.set_point.velocity_mps is None)
+    assert flight.autopilot.fastest_mps <= 1.05 * 3.0
+    assert flight.autopilot.truth.position_m[0] > 0.75 * 12.0 * 3.0
+    assert not any(held[1:])  # Answering late, it is not told to hold where a movement ends.
+
+
 def test_set_points_say_all_that_is_asked() -> None:
     flight = led(5.0, TILTS, sees=False)
     flight.run(1.5)

@@ -36,3 +36,16 @@ def test_the_escape_is_flown_and_that_is_said(
     assert "decider silent, its escape is flown" in robot.said
     assert robot.said[-1] == "escape flown, set-points stop"
     assert sum(at > cut_s for at in robot.came_s) > 3
+
+
+@pytest.mark.nightly
+def test_a_node_that_was_relieved_ends_with_status_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    robot, _, status = fly_topics(
+        tmp_path, stop, NEAR_M, "PositionTarget", after_s=12.0, continues_s=7.0
+    )
+    assert status == 1
+    assert "escape flown, set-points stop" in robot.said
+    assert robot.nearest_m >= MARGIN_M

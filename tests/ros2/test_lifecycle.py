@@ -50,10 +50,14 @@ pytestmark = [
 @pytest.fixture(params=PYTHONS)
 def told(request: Any, tmp_path: Path) -> dict[str, Any]:
     """What a client saw that took the node through its states, and the node's exit status."""
-    (tmp_path / "mission.toml").write_text(MISSION)
-    (tmp_path / "params.yaml").write_text(PARAMETERS)
-    words = ("-m", "clearway", "ros2", tmp_path / "params.yaml", "--backend", "rclpy")
-    node, client = begun_in_ros(request.param, *words), begun_in_ros(request.param, CLIENT)
+    return seen_of(tmp_path, request.param, PARAMETERS)
+
+
+def seen_of(folder: Path, python: str, parameters: str, *client_words: str) -> dict[str, Any]:
+    (folder / "mission.toml").write_text(MISSION)
+    (folder / "params.yaml").write_text(parameters)
+    words = ("-m", "clearway", "ros2", folder / "params.yaml", "--backend", "rclpy")
+    node, client = begun_in_ros(python, *words), begun_in_ros(python, CLIENT, *client_words)
     with all_ended(node, client):
         found: dict[str, Any] = json.loads(client.communicate(timeout=180)[0])
         node.communicate(timeout=60)
@@ -79,3 +83,27 @@ def test_set_points_come_while_it_is_active_alone(told: dict[str, Any]) -> None:
     assert "less than or equal to 100" in told["set_too_fast"][1]
     assert told["set_late"][0] is False
     assert "read when the node is configured" in told["set_late"][1]
+
+
+@pytest.mark.parametrize("python", PYTHONS)
+@pytest.mark.parametrize("line", ["", "    autostart: true\n"], ids=["default", "true"])
+def test_with_autostart_it_leads_without_being_asked(
+    tmp_path: Path, python: str, line: str
+) -> None:
+    parameters = PARAMETERS.replace("    autostart: false\n", line)
+    told = seen_of(tmp_path, python, parameters, "--looks-on")
+    assert told["state"] == "active"
+    assert told["sent"] > 20
+    assert told["flown_m"] > 1.0
+    assert told["shut_down"]
+    assert told["status"] == 0
+
+
+@pytest.mark.parametrize("python", PYTHONS)
+def test_with_autostart_what_cannot_be_configured_ends_it(tmp_path: Path, python: str) -> None:
+    (tmp_path / "params.yaml").write_text(PARAMETERS.replace("    autostart: false\n", ""))
+    words = ("-m", "clearway", "ros2", tmp_path / "params.yaml", "--backend", "rclpy")
+    node = begun_in_ros(python, *words)  # There is no mission.toml.
+    with all_ended(node):
+        node.communicate(timeout=60)
+        assert node.returncode == 2

@@ -58,7 +58,7 @@ KINDS = {
     "PositionTarget": "mavros_msgs/msg/PositionTarget",
     "TrajectorySetpoint": "px4_msgs/msg/TrajectorySetpoint",
 }
-STARTS_S = 30.0
+STARTS_S, ENDS_S = 30.0, 30.0
 SAID = "diagnostic_msgs/msg/DiagnosticArray"
 
 
@@ -83,7 +83,7 @@ class HandRobot:
         self.bus.subscribe("/target", self.kind, USUAL)
         self.bus.subscribe("/diagnostics", SAID, USUAL)
         self.bus.publish("/tf_static", pack_message(transform("lidar", "base_link")))
-        self._cloud_s = 0.0
+        self._cloud_s, self._stepped_s = 0.0, time.monotonic()
 
     def step(self) -> None:
         """Tell where it is and what it sees, and follow what has come."""
@@ -107,7 +107,9 @@ class HandRobot:
             self.bus.wait(left)
             for came in self.bus.take():
                 self._take(came.topic, unpack_cdr(came.raw, came.type))
-        self.place = self.place + STEP_S * self.velocity
+        # On a busy machine a step takes longer: it goes as far as its velocity says all the same.
+        flown_s, self._stepped_s = time.monotonic() - self._stepped_s, time.monotonic()
+        self.place = self.place + flown_s * self.velocity
         gap = float(self.world.distance_m(self.place[None])[0])
         self.nearest_m = min(self.nearest_m, gap)
 
@@ -129,9 +131,18 @@ class HandRobot:
 
 
 def fly_topics(
-    folder: Path, cut: Cut, at_m: float, kind: str, after_s: float = 5.0
+    folder: Path,
+    cut: Cut,
+    at_m: float,
+    kind: str,
+    *,
+    after_s: float = 5.0,
+    continues_s: float | None = None,
 ) -> tuple[HandRobot, float, int]:
-    """Fly until it is so far ahead, cut the node, and fly on: robot, time of the cut, status."""
+    """Fly until it is so far ahead, cut the node, and fly on: robot, time of the cut, status.
+
+    continues_s: so long after the cut the node is told to go on, and at the end to end.
+    """
     (folder / "m.toml").write_text(WALL)
     parameters = PARAMETERS.format(mission=folder / "m.toml", kind=kind)
     (folder / "p.yaml").write_text(parameters)
@@ -144,7 +155,12 @@ def fly_topics(
             if not cut_s and robot.place[0] >= at_m:
                 cut(node)
                 cut_s = time.monotonic()
+            if continues_s is not None and cut_s and time.monotonic() > cut_s + continues_s:
+                node.send_signal(signal.SIGCONT)
             assert cut_s or time.monotonic() < until, "it never came so far"
+        if continues_s is not None:
+            node.terminate()
+            node.communicate(timeout=ENDS_S)
     finally:
         node.send_signal(signal.SIGKILL)
         node.communicate()

@@ -48,7 +48,7 @@ def summarize_guard(session: GuardSession, report: LoopReport) -> dict[str, Any]
     wished = sum(tally[what] for what in ("passed", "slowed", "nearest", "replaced"))
     return {
         "acting": session.terms.act,
-        "state": str(session.state),
+        "state": str(report.state or session.state),
         "wishes": tally["wishes"],
         "passed": tally["passed"],
         "slowed": tally["slowed"],

@@ -113,7 +113,7 @@ def summarize_node(link: Any, report: LoopReport) -> dict[str, Any]:
         "played_back": link.bus.recorded,
         "reached": system.progress.is_done(system.mission),
         "waypoints_reached": system.progress.waypoints_reached(system.mission),
-        "state": str(link.session.state),
+        "state": str(report.state or link.session.state),
         **system.escape.to_json(),
         "decisions": decision,
         "ticks": report.ticks,

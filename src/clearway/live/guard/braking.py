@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.time_cost import speed_abilities
@@ -11,17 +12,33 @@ ASSUMED_MPS2 = 3.0
 """Braking of a vehicle of which nobody says how it brakes: autopilots of copters brake harder."""
 
 
-def find_braking(planner: Planner, told_mps2: float | None) -> tuple[float, str]:
-    """The acceleration of a vehicle, and a sentence that says so."""
+ASSUMED_LATE_S = 0.3
+"""By which it answers later: copters tilt first, and come to a velocity ever more slowly."""
+
+
+class Braking(NamedTuple):
+    """How a vehicle changes its velocity, and a sentence that says so."""
+
+    acceleration_mps2: float
+    late_s: float
+    """For so long its velocity stays what it was."""
+    why: str
+
+
+def find_braking(planner: Planner, told_mps2: float | None) -> Braking:
+    """Return the braking of a vehicle: told, its own, or a cautious default."""
     automaton = planner.automaton
     if told_mps2 is not None:
-        return told_mps2, f"braking at {told_mps2:g} m/s2, as told"
+        return Braking(told_mps2, 0.0, f"braking at {told_mps2:g} m/s2, as told")
     if automaton.has_inertia:
         own = speed_abilities(automaton).acceleration_mps2
-        return own, f"braking at {own:.3g} m/s2, as the vehicle does"
+        return Braking(own, 0.0, f"braking at {own:.3g} m/s2, as the vehicle does")
     if not automaton.can_stop:
-        return math.inf, "the vehicle cannot stop"
-    return ASSUMED_MPS2, (
-        f"braking at {ASSUMED_MPS2:g} m/s2 is assumed; type --acceleration-mps2, or "
-        'kind = "multirotor" with acceleration_mps2, to say what the vehicle does'
+        return Braking(math.inf, 0.0, "the vehicle cannot stop")
+    return Braking(
+        ASSUMED_MPS2,
+        ASSUMED_LATE_S,
+        f"braking at {ASSUMED_MPS2:g} m/s2 is assumed, {ASSUMED_LATE_S:g} s late; type "
+        '--acceleration-mps2, or kind = "multirotor" with acceleration_mps2, to say what the '
+        "vehicle does",
     )

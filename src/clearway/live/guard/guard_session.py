@@ -16,15 +16,15 @@ from clearway.live.guard.guardian import Guardian
 from clearway.live.guard.wish import VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.hearing import Hearing, SessionTerms
+from clearway.live.link.lead import OwnSpeed
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion
 from clearway.live.link.set_point import SetPoint
 from clearway.sensors import Lidar
 
-OFF_HAND_S, MOST_LEAD_S = 1.0, 0.3
-"""At the own speed: farther off what is in hand, nobody flies it; and how far ahead of the vehicle
-set-points are at most."""
+OFF_HAND_S = 1.0
+"""At the own speed: farther off what is in hand, nobody flies it."""
 NO_GOALS = np.zeros((0, 3))
 NO_PLACE = "wish: no own position yet"
 
@@ -67,6 +67,7 @@ class GuardSession(Hearing):
     ) -> None:
         super().__init__(guardian, sensor, terms, counts)
         self.guardian, self.wish_s = guardian, wish_s
+        self._own_speed = OwnSpeed(self.speed_mps)
         self.tally: Counter[str] = Counter()
         """Wishes that came, and ticks: passed, slowed, nearest, replaced, without a wish."""
         self.changed_mps = self.most_changed_mps = 0.0
@@ -178,7 +179,7 @@ class GuardSession(Hearing):
         return off > OFF_HAND_S * self.speed_mps
 
     def _leading(self, guarded: Guarded | None, now: float) -> SetPoint | None:
-        if self._own is None:
+        if self._own is None or self.motion is None:
             return None
         if guarded is not None and guarded.is_velocity:
             return guarded.set_point
@@ -187,8 +188,8 @@ class GuardSession(Hearing):
         ahead = self.guardian.set_point_at(now + self.terms.lead_s)
         if ahead is None:
             return None
-        age_s = max(0.0, now + self.terms.lead_s - self._own.time_s)
-        return ahead.led_by_at_most(self._own.position_m, self.speed_mps * (MOST_LEAD_S + age_s))
+        counts_s = now + self.terms.lead_s
+        return self._own_speed.limit(ahead, self._own, self.motion.velocity_mps, counts_s)
 
     def _escape_lasts_s(self) -> float | None:
         begins_s = self._now_s + self.terms.lead_s

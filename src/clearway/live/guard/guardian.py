@@ -16,45 +16,32 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.avoidance.choose.candidates import STANDING_IS_WANTED, Commitment
-from clearway.avoidance.choose.chosen import Basis
-from clearway.avoidance.choose.passing import Passing
-from clearway.avoidance.decide import decide
-from clearway.avoidance.decision import Decision
-from clearway.avoidance.plan.held_escape import WayOut
 from clearway.avoidance.plan.planner import Planner
-from clearway.avoidance.plan.situation import Situation, margin_m
 from clearway.base.brief import one_line
 from clearway.base.checks import above_zero_problem, collect_problems
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.live.guard.aircraft_ahead import AircraftAhead
+from clearway.live.guard.admission import Admission, Asked, Examined
 from clearway.live.guard.braking import find_braking
-from clearway.live.guard.check import Checked, check_leg, in_calm, is_endangered
+from clearway.live.guard.check import in_calm
 from clearway.live.guard.held import Held
-from clearway.live.guard.leg import Leg, leg_of, off_kept_pitch
-from clearway.live.guard.nearby import velocities_near
-from clearway.live.guard.nearest import NearnessToWish, overshoot_m, planner_towards
+from clearway.live.guard.holding import Holding
+from clearway.live.guard.nearest import NearnessToWish, planner_towards
+from clearway.live.guard.replacement import Replacement
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
-from clearway.live.inputs.own_states import split_velocity
 from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
-from clearway.live.mission import Mission, Mode
-from clearway.live.outputs.explain import explanation
+from clearway.live.mission import Mission
 from clearway.live.preflight.escape_plan import escape_plan
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
 
-LEVEL_RAD = math.radians(2.0)
-"""A pitch that is no farther off counts as one that movements keep."""
 PASSES = "the wish keeps the margin and leaves an escape"
+NEAREST = "; the nearest velocity that does not is flown"
 WOULD_MEET = "the wish would meet an aircraft before it has passed"
-NEAR_M = 0.3
-"""Off what is in hand, at most half a margin: a vehicle that follows it is nearer."""
-NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 
 
 class Guardian:
@@ -99,28 +86,25 @@ class Guardian:
             raise InputError("guardian", problems)
         self.escape = escape_plan(planner, lidars, start=start).count_unobserved_as_free()
         """Which ways out are kept in hand, and why."""
-        self._nearness = NearnessToWish()
-        self.planner = planner_towards(self.escape.adapt_planner(planner), self._nearness)
-        escapes = self.planner.escapes
-        if escapes is None:
+        nearness = NearnessToWish()
+        self.planner = planner_towards(self.escape.adapt_planner(planner), nearness)
+        if self.planner.escapes is None:
             raise ClearwayError(f"guardian: needs escapes; {self.escape.why}")
         if planner.automaton.table is not None and not planner.automaton.has_inertia:
             raise ClearwayError("guardian: where wishes lead is not known of measured movements")
-        self._escapes = escapes
         self.hold_s = hold_s
-        self.acceleration_mps2, self.braking = find_braking(planner, acceleration_mps2)
+        brakes = find_braking(planner, acceleration_mps2)
+        self.acceleration_mps2, self.braking = brakes.acceleration_mps2, brakes.why
         """Of the vehicle, and in words where that is from."""
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
-        self._mission = Mission("guarded", start, waypoints_m=ahead[None])
-        self._lidars = tuple(lidars)
-        self._known = Knowledge(self.planner, self._mission, lidars, obstacle_map)
-        self.held: Held | None = None
-        """What is flown if nobody asks any more."""
-        self._why = ""
-        self._passings: tuple[Passing, ...] = ()
-        self._had_certain = False
-        self._aloof = True  # Whether ways out that keep the margin from the unseen are looked for.
+        mission = Mission("guarded", start, waypoints_m=ahead[None])
+        self._known = Knowledge(self.planner, mission, lidars, obstacle_map)
+        self._holding = Holding(self.planner, self._known, brakes.late_s)
+        self._admission = Admission(self.planner, hold_s, brakes)
+        self._replacement = Replacement(
+            self.planner, nearness, self._holding, self._known, hold_s, self.acceleration_mps2
+        )
 
     def __repr__(self) -> str:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
@@ -224,126 +208,43 @@ class Guardian:
         state = replace(self._known.own_state(now), time_s=now)
         velocity = self._own_velocity(own_velocity_mps, now)
         around = in_calm(self._known.around(state, now))
-        evades = self._evades(wish, state, velocity, around)
+        asked = Asked(state, velocity, around, bool(self._known.news))
+        evades = self._admission.evade(wish, asked)
         if evades is not None:
-            wish, self._why = evades, WOULD_MEET
-            leg, checked = self._checked(evades, state, velocity, around)
-            if not checked.flaw and checked.way_out is not None:
-                self._hold_leg(leg, checked.way_out, now)
-                passes = self._passes(evades, leg, checked, now_s, unchanged=False)
-                return replace(passes, slowed=False, evades=True)
+            wish, why = evades, WOULD_MEET
+            examined = self._admission.examine(evades, asked)
+            if examined.passes:
+                answer = self._take(examined, now, now_s, why)
+                return replace(answer, slowed=False, evades=True)
         elif wish is not None:
             wished, fastest = wish, self.planner.speed_mps
             if self.planner.automaton.can_stop:
                 wish = wish.slowed_to(fastest)
-            leg, checked = self._checked(wish, state, velocity, around)
-            if not checked.flaw and checked.way_out is not None:
-                self._hold_leg(leg, checked.way_out, now)
+            examined = self._admission.examine(wish, asked)
+            if examined.passes:
                 same = wish is wished
-                self._why = PASSES if same else f"slowed to {fastest:g} m/s; {PASSES}"
-                return self._passes(wish, leg, checked, now_s, unchanged=same)
-            self._why = f"the wish {checked.flaw}"
-            near = self._nearest(wish, state, velocity, around, now)
+                why = PASSES if same else f"slowed to {fastest:g} m/s; {PASSES}"
+                return self._take(examined, now, now_s, why, unchanged=same)
+            why = f"the wish {examined.checked.flaw}"
+            stands = self._holding.stands(now)
+            near = self._admission.find_nearest(wish, asked, stands=stands)
             if near is not None:
-                return replace(near, time_s=now_s)
+                answer = self._take(near, now, now_s, why + NEAREST)
+                return replace(answer, slowed=False, nearest=True)
         else:
-            self._why = "nobody wishes anything"
-        decision = self._instead(wish, self._from_held(state, now), velocity, around, now)
-        return self._replaced(now, now_s, decision)
+            why = "nobody wishes anything"
+        begins = asked._replace(state=self._holding.begin_decision(state, now))
+        decision, more = self._replacement.find(wish, begins, self.obstacle_map)
+        return self._replacement.answer(now, now_s, why + more, decision)
 
-    def _hold_leg(self, leg: Leg, way: WayOut, now: float) -> None:
-        self.held = Held.of_leg(self.planner.automaton, leg, way)
-        self._known.flown.until(now)
-        self._settle()
-
-    def _evades(
-        self, wish: Wish | None, state: State, velocity: FloatArray, around: Situation
-    ) -> VelocityWish | None:
-        """What to fly in place of a wish that would meet an aircraft until that has passed; None
-        where it would not, and for vehicles that cannot stop."""
-        automaton, settings = self.planner.automaton, self.planner.settings
-        if not around.intruders or not automaton.can_stop:
-            return None
-        wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
-        ahead = AircraftAhead(
-            state.position_m,
-            velocity,
-            [one.at(state.time_s) for one in around.intruders],
-            margin_m(settings, around),
-            settings.sigmas,
-            self.acceleration_mps2,
-        )
-        clear = ahead.nearest_clear(wished, automaton)
-        return None if clear is None else VelocityWish(clear)
-
-    def _nearest(
-        self, wish: Wish, state: State, velocity: FloatArray, around: Situation, now: float
-    ) -> Guarded | None:
-        """The velocity nearest to a wished one that keeps the margin and leaves a way out; None
-        where there is none, for paths, and for vehicles that cannot stop."""
-        if not self.planner.automaton.can_stop or not isinstance(wish, VelocityWish):
-            return None
-        held = self.held
-        stands = held is not None and held.leg is None and not held.at(now)[1].any()
-        for near in velocities_near(wish.velocity_mps, stands=stands):
-            other = replace(wish, velocity_mps=near)
-            leg, checked = self._checked(other, state, velocity, around)
-            if checked.flaw or checked.way_out is None:
-                continue
-            if self._evades(other, state, velocity, around) is not None:
-                continue
-            self._hold_leg(leg, checked.way_out, now)
-            self._why += "; the nearest velocity that does not is flown"
-            passes = self._passes(other, leg, checked, now, unchanged=False)
-            return replace(passes, slowed=False, nearest=True)
-        return None
-
-    def _from_held(self, state: State, now: float) -> State:
-        """The own state that a decision starts from: on what is in hand while the vehicle is near
-        it, so that it neither creeps where it holds nor starts anew in the middle of a movement."""
-        held, automaton = self.held, self.planner.automaton
-        if held is None or not automaton.can_stop:
-            return state
-        there, velocity = held.at(now)
-        stands = not velocity.any()
-        off_m = float(np.linalg.norm(there.position_m - state.position_m))
-        near_m = min(NEAR_M, 0.5 * self.planner.settings.safety_margin_m)
-        if off_m > near_m or not (stands or (automaton.has_inertia and held.leg is None)):
-            return state
-        kept = replace(state, position_m=there.position_m, attitude_rad=there.attitude_rad)
-        if automaton.classes is None:
-            return kept
-        return automaton.in_class(kept, automaton.classes.class_near(*split_velocity(velocity)))
-
-    def state_at(self, time_s: float) -> State | None:
-        """Where what is in hand has the vehicle at a time; None before anything is."""
-        own = self._known.clock.own(time_s)
-        return None if self.held is None else replace(self.held.at(own)[0], time_s=time_s)
-
-    def escape_ends_s(self, time_s: float) -> float | None:
-        """When the way out held at a time has been flown, as `AvoidanceSystem.escape_ends_s`."""
-        clock = self._known.clock
-        ends_s = None if self.held is None else self.held.escape_ends_s(clock.own(time_s))
-        return None if ends_s is None else clock.to_stated(ends_s)
-
-    def set_point_at(self, time_s: float) -> SetPoint | None:
-        """What is in hand as a set-point of a time; None before anything is."""
-        if self.held is None:
-            return None
-        own_s = self._known.clock.own(time_s)
-        asked = self.held.reference_at(own_s)
-        if asked is not None:
-            return SetPoint.of_reference(asked)
-        state, velocity = self.held.at(own_s)
-        return SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
-
-    def let_go(self) -> None:
-        """Forget what is in hand: nobody flies it."""
-        if self.held is not None:
-            self._known.flown.until(self.held.start.time_s)
-        self.held, self._passings = None, ()
-
-    # --- how ------------------------------------------------------------------------------
+    def _take(
+        self, examined: Examined, now: float, now_s: float, why: str, *, unchanged: bool = False
+    ) -> Guarded:
+        """Hold what passes, and say so."""
+        way = examined.checked.way_out
+        assert way is not None
+        self._holding.take_leg(examined.leg, way, now)
+        return self._admission.answer(examined, now_s, why, unchanged=unchanged)
 
     def _own_velocity(self, told_mps: npt.ArrayLike | None, now: float) -> FloatArray:
         """[3], where anything depends on it."""
@@ -353,126 +254,27 @@ class Guardian:
                 raise InputError("guardian", ["own_velocity_mps: must be three finite numbers"])
             return told
         counts = self.planner.automaton.can_stop or math.isfinite(self.acceleration_mps2)
-        return self.held.at(now)[1] if counts and self.held is not None else np.zeros(3)
+        return self._holding.velocity_at(now) if counts else np.zeros(3)
 
-    def _checked(
-        self, wish: Wish, state: State, velocity: FloatArray, around: Situation
-    ) -> tuple[Leg, Checked]:
-        automaton = self.planner.automaton
-        leg = leg_of(wish, state, velocity, automaton, self.hold_s, self.acceleration_mps2)
-        if not automaton.can_stop and not wish.fastest_mps > 0.0:
-            return leg, Checked("stands still, which the vehicle cannot", math.nan)
-        # Where there was none, there is none a moment later, until more has been seen.
-        aloof = self._aloof or bool(self._known.news)
-        checked = check_leg(self.planner, self._escapes, around, leg, aloof=aloof)
-        self._aloof = checked.aloof
-        return leg, checked
+    # --- what is held ---------------------------------------------------------------------
 
-    def _instead(
-        self,
-        wish: Wish | None,
-        state: State,
-        velocity: FloatArray,
-        around: Situation,
-        now: float,
-    ) -> Decision | None:
-        """Decide if what is in hand does not go on; None where it does."""
-        held = self.held
-        threat = held is not None and self._threat(held, around, now)
-        goes_on = held is not None and held.leg is None and now < held.renew_s - 1e-6
-        if goes_on and not threat:
-            return None
-        if held is not None and held.loop and not threat and self._between_pitches(state):
-            self._why += "; the held escape is flown on to a pitch that movements keep"
-            return None
-        decision = self._decide(wish, state, velocity, now)
-        good = decision.choice.basis not in NOT_GOOD and _certain(decision.way_out)
-        at_end = held is not None and held.way_out_at(now) is not None
-        if held is not None and held.loop and not good and not at_end:
-            # Between two movements a decision falls back on the way out in hand by itself.
-            beside = threat and _certain(decision.way_out)
-            if not beside:
-                self._why += "; the held escape is flown on"
-                return None
-        self.held = Held.of_decision(self.planner.automaton, decision)
-        classes, at = self.planner.automaton.classes, None
-        if classes is not None:
-            at = classes.class_at(float(decision.state.attitude_rad[0]))
-        self._known.flown.then(self.held.movements, at)
-        self._passings = decision.passings
-        self._settle()
-        self._why += f"; {explanation(decision, Mode.AVOIDANCE, self.obstacle_map)}"
-        return decision
+    @property
+    def held(self) -> Held | None:
+        """What is flown if nobody asks any more."""
+        return self._holding.held
 
-    def _between_pitches(self, state: State) -> bool:
-        """Whether movements from here would climb or sink for ever."""
-        if self.planner.automaton.keeps_attitude:
-            return False
-        return abs(off_kept_pitch(float(state.attitude_rad[1]), self.planner.automaton)) > LEVEL_RAD
+    def state_at(self, time_s: float) -> State | None:
+        """Where what is in hand has the vehicle at a time; None before anything is."""
+        return self._holding.state_at(time_s)
 
-    def _settle(self) -> None:
-        held = self.held
-        self._had_certain = self._had_certain or (held is not None and _certain(held.way_out))
-        self._known.news, self._known.unchecked = "", False
+    def escape_ends_s(self, time_s: float) -> float | None:
+        """When the way out held at a time has been flown, as `AvoidanceSystem.escape_ends_s`."""
+        return self._holding.escape_ends_s(time_s)
 
-    def _decide(
-        self, wish: Wish | None, state: State, velocity: FloatArray, now: float
-    ) -> Decision:
-        situation, _ = self._known.with_detections(state, now)
-        wished = np.zeros(3) if wish is None else wish.velocity_from(state.position_m, self.hold_s)
-        unsure_m = overshoot_m(self.planner.automaton, state, velocity, self.acceleration_mps2)
-        held = None if self.held is None else self.held.way_out_at(now)
-        return decide(
-            self.planner,
-            self._nearness.towards(wished, in_calm(situation), self.planner, unsure_m),
-            commitment=Commitment(
-                stood=STANDING_IS_WANTED,
-                passings=self._passings,
-                way_out=held,
-                had_certain=self._had_certain,
-            ),
-        )
+    def set_point_at(self, time_s: float) -> SetPoint | None:
+        """What is in hand as a set-point of a time; None before anything is."""
+        return self._holding.set_point_at(time_s)
 
-    def _threat(self, held: Held, around: Situation, now: float) -> bool:
-        """Whether anything new comes nearer to what is in hand than the margin."""
-        if self._known.unchecked:
-            self._known.unchecked = is_endangered(held, self.planner, around, now)
-        return self._known.unchecked
-
-    # --- what is told ---------------------------------------------------------------------
-
-    def _passes(
-        self, wish: Wish, leg: Leg, checked: Checked, now_s: float, *, unchanged: bool
-    ) -> Guarded:
-        velocity = wish.velocity_from(leg.start.position_m, self.hold_s)
-        state = leg.start
-        rate = wish.yaw_rate_rps if isinstance(wish, VelocityWish) else 0.0
-        if not self.planner.automaton.can_stop:
-            rate = float(leg.end.attitude_rad[2] - state.attitude_rad[2]) / leg.end_s
-        point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
-        return Guarded(
-            now_s,
-            unchanged,
-            point,
-            velocity,
-            rate,
-            self._why,
-            checked.margin_m,
-            checked.way_out,
-            slowed=not unchanged,
-        )
-
-    def _replaced(self, now: float, now_s: float, decision: Decision | None) -> Guarded:
-        held = self.held
-        assert held is not None  # A decision always ends in something to fly.
-        state, velocity = held.at(now)
-        soon, _ = held.at(now + 0.1)
-        turned = float(soon.attitude_rad[2] - state.attitude_rad[2]) / 0.1
-        point = SetPoint(state.position_m, velocity, float(state.attitude_rad[2]))
-        margin = self.planner.settings.safety_margin_m if decision is None else decision.margin_m
-        way, why = held.way_out, self._why
-        return Guarded(now_s, False, point, velocity, turned, why, margin, way, decision=decision)
-
-
-def _certain(way: WayOut | None) -> bool:
-    return way is not None and way.certain
+    def let_go(self) -> None:
+        """Forget what is in hand: nobody flies it."""
+        self._holding.let_go()

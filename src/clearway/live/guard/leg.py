@@ -16,6 +16,7 @@ from clearway.avoidance.clear.verify import Paths
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.base.grid_frame import GridFrame
 from clearway.base.state import State
+from clearway.live.guard.braking import Braking
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.vehicle.automaton import MovementAutomaton
 
@@ -23,8 +24,8 @@ PART_SAMPLES = 8
 """Places along each part that are looked at."""
 LEVEL_M = 1e-9
 """Heights that differ by no more are the same."""
-SHORTEST_S = 1e-3
-"""A vehicle that brakes for less stands at once."""
+SHORTEST_S, SLOWEST_MPS = 1e-3, 1e-9
+"""A vehicle that brakes for less, or from less, stands at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +123,7 @@ def leg_of(
     velocity_mps: FloatArray,
     automaton: MovementAutomaton,
     hold_s: float,
-    acceleration_mps2: float,
+    braking: Braking,
 ) -> Leg:
     """The leg of a wish: flown for `hold_s`, and then to a stop where the vehicle can.
 
@@ -141,18 +142,16 @@ def leg_of(
         wished, rate = wish.velocity_from(state.position_m, hold_s), 0.0
         if isinstance(wish, VelocityWish):
             rate = wish.yaw_rate_rps
-        first = _changing(state, 0.0, velocity_mps, wished, hold_s, acceleration_mps2, rate)
-        begins = velocity_mps if math.isfinite(acceleration_mps2) else wished
+        first = _changing(state, 0.0, velocity_mps, wished, hold_s, braking, rate)
+        begins = velocity_mps if math.isfinite(braking.acceleration_mps2) else wished
     fast = float(np.linalg.norm(first.velocity_mps[-1]))
-    brake_s = fast / acceleration_mps2
-    if brake_s < SHORTEST_S:
+    brake_s = braking.late_s + fast / braking.acceleration_mps2
+    if brake_s < SHORTEST_S or fast < SLOWEST_MPS:
         return Leg(state, begins, (first,))
     there = replace(
         state, position_m=first.places_m[-1], attitude_rad=first.attitude_rad[-1]
     )  # fmt: skip
-    brakes = _changing(
-        there, hold_s, first.velocity_mps[-1], np.zeros(3), brake_s, acceleration_mps2, 0.0
-    )
+    brakes = _changing(there, hold_s, first.velocity_mps[-1], np.zeros(3), brake_s, braking, 0.0)
     return Leg(state, begins, (first, brakes))
 
 
@@ -162,23 +161,23 @@ def _changing(
     own_mps: FloatArray,
     wished_mps: FloatArray,
     lasts_s: float,
-    acceleration_mps2: float,
+    braking: Braking,
     yaw_rate_rps: float,
 ) -> LegPart:
     """From one velocity to another, and then straight on."""
     times = lasts_s * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     change = wished_mps - own_mps
-    changes_s = float(np.linalg.norm(change)) / acceleration_mps2
-    changing = np.minimum(times, changes_s)
+    changes_s = float(np.linalg.norm(change)) / braking.acceleration_mps2
+    changing = np.clip(times - braking.late_s, 0.0, changes_s)
     velocity = np.tile(wished_mps, (PART_SAMPLES, 1))
     ways = times[:, None] * wished_mps
     sagitta = 0.0
     if changes_s > 0.0:
         share = changing / changes_s
         velocity = own_mps + share[:, None] * change
-        lag = changing - 0.5 * changing * share
+        lag = np.minimum(times, braking.late_s) + changing - 0.5 * changing * share
         ways = ways - lag[:, None] * change
-        sagitta = acceleration_mps2 * (lasts_s / PART_SAMPLES) ** 2 / 8.0
+        sagitta = braking.acceleration_mps2 * (lasts_s / PART_SAMPLES) ** 2 / 8.0
     attitude = np.tile(state.attitude_rad, (PART_SAMPLES, 1))
     attitude[:, 2] += yaw_rate_rps * times
     return LegPart(begins_s + lasts_s, state.position_m + ways, velocity, attitude, sagitta)

@@ -13,8 +13,8 @@ from clearway.base.frames import FloatArray
 
 MOST_RPS = 100.0
 """Nobody turns faster."""
-SAME = 1e-9
-"""Share by which a speed may be off by rounding."""
+SAME = 1e-6
+"""Share by which a speed may be off by rounding: links carry numbers of 32 bits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from clearway.live.link.hearing import Hearing
+from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import Link, TickOutcome
 
 IDLE_S = 0.2
@@ -39,6 +40,8 @@ class LoopReport:
     """Ticks that were not done when the next one was due."""
     skipped: int = 0
     """Ticks left out since their time had passed."""
+    state: LinkState | None = None
+    """Of the last tick, as it was sent: a process that was relieved flies no more."""
     tick_s: deque[float] = field(default_factory=lambda: deque(maxlen=LATEST))
     """Each of the latest from reading to the last message sent."""
 
@@ -106,6 +109,7 @@ class Loop:
         outcome = self.link.tick(time.monotonic())
         report.tick_s.append(time.perf_counter() - started)
         report.ticks += 1
+        report.state = outcome.state
         return outcome
 
     def _until(self, due: float, report: LoopReport) -> float:

@@ -18,7 +18,7 @@ from clearway.base.frames import LEVEL, FloatArray
 from clearway.base.state import State
 from clearway.live.link.approach import PredictedApproach, predict_approaches
 from clearway.live.link.hearing import Hearing, SessionTerms
-from clearway.live.link.lead import LeadTime
+from clearway.live.link.lead import LeadTime, OwnSpeed
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
 from clearway.live.link.own_motion import OwnMotion, turned_onto
@@ -28,9 +28,8 @@ from clearway.live.preflight.doubts import is_kept_level, over_own_level
 from clearway.live.system import AvoidanceSystem
 from clearway.sensors import Lidar
 
-MOST_LEAD_S, OFF_PLAN_S = 0.3, 1.0
-"""At the own speed: how far ahead of the vehicle set-points are at most, and how far off its plan a
-new one is decided."""
+OFF_PLAN_S = 1.0
+"""At the own speed: how far off its plan a new one is decided."""
 AHEAD_TICKS = 1.5
 """How long before a movement ends a vehicle with inertia decides on the next one."""
 BACK_RADII = 2.0
@@ -56,9 +55,8 @@ class Session(Hearing):
         super().__init__(system, sensor, terms, counts)
         self.system = system
         self._has_inertia = system.planner.automaton.has_inertia
-        # A movement ends between two ticks: the next one is decided on before, with time to spare.
-        system.ahead_s = AHEAD_TICKS * 2.0 * terms.lead_s
         self._lead = LeadTime(terms.lead_s)
+        self._own_speed = OwnSpeed(system.planner.speed_mps)
         self._held_height_m: float | None = None  # Of a vehicle that stays level, at the last goal.
         self._told_s = 0.0  # The vehicle's time of the last tick, as its messages tell it.
         self._unreached: str | None = None  # Why goals are not, from where it was handed over.
@@ -121,6 +119,9 @@ class Session(Hearing):
             self._unreached = self._beyond(self.system.mission.goals_m[first:], first + 1)
         self._led = self._is_led
         self.state = self._state_at(now, wall_s)
+        # A movement ends between two ticks, and is left early by a vehicle that answers late: the
+        # next one is decided on before, with time to spare.
+        self.system.ahead_s = max(AHEAD_TICKS * 2.0 * self.terms.lead_s, self._lead.seconds)
         flight, why, elapsed = self._decide(now)
         if flight is None and self.state.decides:
             self.system.keep_up(now)
@@ -187,18 +188,16 @@ class Session(Hearing):
     def _leading(self, now: float, told_s: float) -> SetPoint | None:
         """What to send; told_s: the vehicle's time as its latest messages tell it. After a stall it
         is earlier than ours for a while: the vehicle would chase what lies ahead."""
-        if not self.state.steers or self._own is None:
+        if not self.state.steers or self._own is None or self.motion is None:
             return None
-        if self.state is LinkState.ARRIVED:
-            return self._holding()
+        arrived = self.state is LinkState.ARRIVED
         if self.state is LinkState.STALE and now > self.system.holds_until_s:
             return None
-        following = self._on_plan(told_s)
-        if following is None:
+        point = self._holding() if arrived else self._on_plan(told_s)
+        if point is None:
             return None
-        age_s = max(0.0, told_s + self._lead.seconds - self._own.time_s)
-        lead_m = self.system.planner.speed_mps * (MOST_LEAD_S + age_s)
-        return following.led_by_at_most(self._own.position_m, lead_m)
+        counts_s = told_s + self.terms.lead_s
+        return self._own_speed.limit(point, self._own, self.motion.velocity_mps, counts_s)
 
     def _on_plan(self, told_s: float) -> SetPoint | None:
         """What the plan asks for at the vehicle's time, ahead by what it is late."""

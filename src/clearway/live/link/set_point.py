@@ -94,14 +94,6 @@ class SetPoint:
         turn = min(max(turn, -MOST_TURN_RPS), MOST_TURN_RPS)
         return self.velocity_mps + pull, self.yaw_rate_rps + turn
 
-    def led_by_at_most(self, own_m: FloatArray, lead_m: float) -> SetPoint:
-        """No farther ahead of the vehicle than that: autopilots chase what is far away, fast."""
-        ahead = self.position_m - own_m
-        apart = float(np.linalg.norm(ahead))
-        if apart <= lead_m:
-            return self
-        return replace(self, position_m=own_m + ahead * (lead_m / apart))
-
     def above(self, floor_m: float, own_m: FloatArray) -> SetPoint:
         """No lower than a height, and on the way down there no faster than can be stopped.
 
