@@ -21,7 +21,7 @@ def problems(link: MavlinkLink[S], wall_s: float) -> list[str]:
     found = session.missing(wall_s)
     refusal = core.refusal
     found += [] if refusal is None else [refusal]
-    found += session.parameters.findings(core.speed_mps)
+    found += session.parameters.findings(core.speed_mps, session.asked_mps2)
     if not any(name in session.parameters.values for name in TIMEOUTS):
         found.append(
             f"neither {' nor '.join(TIMEOUTS)} was received: check that set-points end after "

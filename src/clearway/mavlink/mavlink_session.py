@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
+from clearway.avoidance.plan.time_cost import speed_abilities
 from clearway.base.frames import FloatArray, enu_from_ned
 from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState
@@ -113,6 +114,12 @@ class MavlinkSession(Generic[S]):
             known.PARAM_VALUE: lambda message, _: self.parameters.hear(message),
             known.COMMAND_ACK: lambda message, _: self._streams.hear_answer(message),
         }
+
+    @property
+    def asked_mps2(self) -> float | None:
+        """The greatest acceleration that plans ask for; None of a vehicle without inertia."""
+        automaton = self.core.planner.automaton
+        return speed_abilities(automaton).acceleration_mps2 if automaton.has_inertia else None
 
     # --- in -------------------------------------------------------------------------------
 
@@ -244,7 +251,7 @@ class MavlinkSession(Generic[S]):
         if self.core.status is not None:
             waiting = self.core.state in (LinkState.WAITING, LinkState.ON_GROUND)
             said += self._streams.notes(wall_s, sensor=self._sensor is not None, waiting=waiting)
-        return (*said, *self.parameters.news(self.core.speed_mps))
+        return (*said, *self.parameters.news(self.core.speed_mps, self.asked_mps2))
 
     def _led(self, outcome: TickOutcome) -> list[Message]:
         """What the vehicle is told, and why."""

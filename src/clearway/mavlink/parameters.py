@@ -10,6 +10,13 @@ TIMEOUTS = ("GUID_TIMEOUT", "COM_OF_LOSS_T")
 """How long set-points are flown after the last, in seconds: ArduCopter's, PX4's."""
 SPEEDS = {"WPNAV_SPEED": 0.01, "WP_SPD": 1.0, "MPC_XY_VEL_MAX": 1.0}
 """Largest level speed, and its unit in m/s: ArduCopter's to 4.6 and from 4.7, PX4's."""
+ACCELERATIONS = {"WPNAV_ACCEL": 0.01, "WP_ACC": 1.0}
+"""Largest level acceleration in GUIDED, and its unit in m/s2: ArduCopter's to 4.6 and from 4.7."""
+JERKS = ("PSC_JERK_XY", "PSC_JERK_NE", "PSC_NE_JERK")
+"""By how much acceleration may change, in m/s3: ArduCopter's to 4.6, of 4.7, and later."""
+SLOWEST_S, QUICK_MPS3 = 0.2, 20.0
+"""The longest that the mission's acceleration may take to come about; and what ArduCopter allows at
+most."""
 OTHERS = {
     "AVOID_ENABLE": "ArduPilot's own avoidance may stop the vehicle on its way (AVOID_*)",
     "AVD_ENABLE": "ArduPilot's own ADS-B avoidance may take the vehicle over (AVD_*)",
@@ -18,8 +25,10 @@ OTHERS = {
 """That act beside us, where they are above 0."""
 HARMLESS = {"AVOID_ENABLE": 1}
 """Bits of them that do not count: fences alone are kept."""
+ROUNDED_MPS2, LONGEST_TAKEN_S = 1e-3, 60.0
+"""Less is none by which accelerations differ; what takes longer was never told."""
 LONGEST_TIMEOUT_S = 1.0
-ASKED = (*TIMEOUTS, *SPEEDS, *OTHERS)
+ASKED = (*TIMEOUTS, *SPEEDS, *ACCELERATIONS, *JERKS, *OTHERS)
 ASK_AGAIN_S, MOST_ASKED = 2.0, 3
 """Who does not know a parameter says nothing: each is asked for a few times."""
 
@@ -54,34 +63,63 @@ class Parameters:
         if name in ASKED and math.isfinite(message.param_value):
             self.values[name] = float(message.param_value)
 
-    def news(self, speed_mps: float) -> list[str]:
+    def news(self, speed_mps: float, acceleration_mps2: float | None = None) -> list[str]:
         """What has not been said of them."""
-        said = [words for words in self.findings(speed_mps) if words not in self._told]
+        found = self.findings(speed_mps, acceleration_mps2)
+        said = [words for words in found if words not in self._told]
         self._told.update(said)
         return said
 
-    def findings(self, speed_mps: float) -> list[str]:
-        """What does not go with a mission at a speed."""
-        found = []
-        for name in TIMEOUTS:
-            timeout = self.values.get(name)
-            if timeout is not None and timeout > LONGEST_TIMEOUT_S:
-                found.append(
-                    f"{name} is {timeout:g} s: if this program dies, the vehicle flies on for "
-                    f"{timeout * speed_mps:.1f} m at {speed_mps:g} m/s; set it to 1 s or less"
-                )
-        for name, unit in SPEEDS.items():
-            value = self.values.get(name)
-            if value is not None and 0.0 < value * unit < speed_mps:
-                found.append(
-                    f"{name} allows {value * unit:g} m/s, the mission asks for {speed_mps:g} m/s: "
-                    "the vehicle cannot follow"
-                )
+    def findings(self, speed_mps: float, acceleration_mps2: float | None = None) -> list[str]:
+        """What does not go with a mission at a speed.
+
+        acceleration_mps2: that the plan asks of a vehicle with inertia; None of others.
+        """
+        found = [*self._ends_late(speed_mps), *self._too_slow(speed_mps)]
+        if acceleration_mps2 is not None:
+            found += self._too_lame(acceleration_mps2)
         found += [
             f"{name} is {self.values[name]:g}: {words}"
             for name, words in OTHERS.items()
             if _acts(name, self.values.get(name, 0.0))
         ]
+        return found
+
+    def _ends_late(self, speed_mps: float) -> list[str]:
+        """Set-points that are flown on for too long."""
+        return [
+            f"{name} is {self.values[name]:g} s: if this program dies, the vehicle flies on for "
+            f"{self.values[name] * speed_mps:.1f} m at {speed_mps:g} m/s; set it to 1 s or less"
+            for name in TIMEOUTS
+            if self.values.get(name, 0.0) > LONGEST_TIMEOUT_S
+        ]
+
+    def _too_slow(self, speed_mps: float) -> list[str]:
+        """Speeds below that of the mission."""
+        return [
+            f"{name} allows {self.values[name] * unit:g} m/s, the mission asks for {speed_mps:g} "
+            "m/s: the vehicle cannot follow"
+            for name, unit in SPEEDS.items()
+            if 0.0 < self.values.get(name, 0.0) * unit < speed_mps
+        ]
+
+    def _too_lame(self, acceleration_mps2: float) -> list[str]:
+        """Accelerations that are too small, or come about too late, for the plan to be kept to."""
+        found = [
+            f"{name} allows {self.values[name] * unit:g} m/s2, the mission asks for "
+            f"{acceleration_mps2:.3g}: the vehicle leaves its plan, and the margin grows; raise "
+            "it, or lower vehicle.acceleration_mps2"
+            for name, unit in ACCELERATIONS.items()
+            if 0.0 < self.values.get(name, 0.0) * unit < acceleration_mps2 - ROUNDED_MPS2
+        ]
+        for name in JERKS:
+            takes_s = acceleration_mps2 / max(self.values.get(name, 0.0), 1e-9)
+            if SLOWEST_S < takes_s < LONGEST_TAKEN_S:
+                found.append(
+                    f"{name} is {self.values[name]:g} m/s3: {acceleration_mps2:.3g} m/s2 take "
+                    f"{takes_s:.1f} s to come about, and the vehicle leaves its plan; set it to "
+                    f"{QUICK_MPS3:g}"
+                )
         return found
 
 

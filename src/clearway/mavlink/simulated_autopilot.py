@@ -65,6 +65,7 @@ class SimulatedAutopilot:
             habits.acceleration_mps2,
             habits.climb_acceleration_mps2,
             habits.tilt_s,
+            habits.jerk_mps3,
         )
         self._setup, self._link = setup, link
         self._packer = Packer(1, 1, key)

@@ -41,6 +41,8 @@ class Habits:
     """Up and down."""
     tilt_s: float = 0.0
     """Acceleration comes with this time constant, since it tilts first: a copter with inertia."""
+    jerk_mps3: float = math.inf
+    """By how much its acceleration changes a second: ArduCopter's PSC_JERK_XY, 5 by default."""
     dead_s: float = 0.0
     """What it is told moves it so much later."""
     traffic_every_s: float = 0.0

@@ -33,6 +33,8 @@ class VehicleLimits:
     tilt_s: float = 0.0
     """Time constant with which acceleration comes, since it has to tilt first; 0 for a vehicle
     whose velocity follows by itself."""
+    jerk_mps3: float = np.inf
+    """By how much acceleration changes a second, of a vehicle that tilts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +97,9 @@ class VehicleTruth:
         most = limits.acceleration_mps2
         asked = asked * min(1.0, most / max(float(np.linalg.norm(asked)), 1e-9))
         share = 1.0 - np.exp(-step_s / limits.tilt_s)
-        now = self.acceleration_mps2 + share * (asked - self.acceleration_mps2)
+        change, most = share * (asked - self.acceleration_mps2), limits.jerk_mps3 * step_s
+        change = change * min(1.0, most / max(float(np.linalg.norm(change)), 1e-9))
+        now = self.acceleration_mps2 + change
         gained = self.velocity_mps + step_s * now
         turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
         middle = 0.5 * (gained + self.velocity_mps)

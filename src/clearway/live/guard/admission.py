@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation, margin_m
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray
+from clearway.base.frames import FloatArray, measure_length
 from clearway.base.state import State
 from clearway.live.guard.aircraft_ahead import AircraftAhead
 from clearway.live.guard.braking import Braking
@@ -21,6 +21,9 @@ from clearway.live.guard.nearby import velocities_near
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
+
+SLIGHT_MPS = 0.3
+"""A velocity that is no farther off the own one is flown already."""
 
 
 class Asked(NamedTuple):
@@ -71,7 +74,23 @@ class Admission:
         aloof = self._aloof or asked.has_news
         checked = check_leg(self.planner, self._escapes, asked.around, leg, aloof=aloof)
         self._aloof = checked.aloof
-        return Examined(wish, leg, checked)
+        examined = Examined(wish, leg, checked)
+        return self._examine_eager(examined, asked) if examined.passes else examined
+
+    def _examine_eager(self, examined: Examined, asked: Asked) -> Examined:
+        """Hold a wish that passes against an autopilot that comes to it sooner than is planned."""
+        automaton, brakes, own = self.planner.automaton, self._brakes, asked.velocity_mps
+        wished = examined.wish.velocity_from(asked.state.position_m, self.hold_s)
+        gained = measure_length(wished - own)
+        if not (automaton.has_inertia and gained > SLIGHT_MPS):
+            return examined
+        leg = leg_of(
+            examined.wish, asked.state, own, automaton, self.hold_s, brakes.late, brakes.eager
+        )
+        checked = check_leg(self.planner, self._escapes, asked.around, leg, aloof=self._aloof)
+        if checked.flaw or checked.way_out is None:
+            return examined._replace(checked=checked)
+        return examined
 
     def evade(self, wish: Wish | None, asked: Asked) -> VelocityWish | None:
         """What to fly in place of a wish that would meet an aircraft until that has passed; None

@@ -16,6 +16,11 @@ ASSUMED_LATE_S = 0.3
 """By which it answers later: copters tilt first, and come to a velocity ever more slowly."""
 
 
+EAGER, EAGER_LATE_S = 2.5, 0.3
+"""Times its braking, the most by which an autopilot gains speed: commanded a velocity, it takes its
+own greatest. And for so long it goes on to gain, and does not brake yet."""
+
+
 class Braking(NamedTuple):
     """How a vehicle changes its velocity, and a sentence that says so."""
 
@@ -23,6 +28,16 @@ class Braking(NamedTuple):
     late_s: float
     """For so long its velocity stays what it was."""
     why: str
+
+    @property
+    def eager(self) -> Braking:
+        """How an autopilot may come to a commanded velocity: at once, and harder."""
+        return self._replace(acceleration_mps2=EAGER * self.acceleration_mps2, late_s=0.0)
+
+    @property
+    def late(self) -> Braking:
+        """How it brakes while it still gains speed."""
+        return self._replace(late_s=max(self.late_s, EAGER_LATE_S))
 
 
 def find_braking(planner: Planner, told_mps2: float | None) -> Braking:

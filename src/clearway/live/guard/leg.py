@@ -124,10 +124,11 @@ def leg_of(
     automaton: MovementAutomaton,
     hold_s: float,
     braking: Braking,
+    gains: Braking | None = None,
 ) -> Leg:
     """The leg of a wish: flown for `hold_s`, and then to a stop where the vehicle can.
 
-    velocity_mps: [3] the own one.
+    velocity_mps: [3] the own one. gains: how the vehicle comes to the wish; default: as it brakes.
     """
     if not automaton.can_stop:
         return _turning(_direction(wish, state, automaton, hold_s), state, automaton, hold_s)
@@ -142,7 +143,7 @@ def leg_of(
         wished, rate = wish.velocity_from(state.position_m, hold_s), 0.0
         if isinstance(wish, VelocityWish):
             rate = wish.yaw_rate_rps
-        first = _changing(state, 0.0, velocity_mps, wished, hold_s, braking, rate)
+        first = _changing(state, 0.0, velocity_mps, wished, hold_s, gains or braking, rate)
         begins = velocity_mps if math.isfinite(braking.acceleration_mps2) else wished
     fast = float(np.linalg.norm(first.velocity_mps[-1]))
     brake_s = braking.late_s + fast / braking.acceleration_mps2

@@ -14,6 +14,7 @@ from clearway.avoidance.plan.planner import Planner
 from clearway.base.state import State
 from clearway.live.guard.admission import Asked
 from clearway.live.guard.check import in_calm
+from clearway.live.guard.held import Held
 from clearway.live.guard.holding import Holding, is_certain
 from clearway.live.guard.leg import off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m
@@ -63,6 +64,9 @@ class Replacement:
         if held is not None and held.loop and not threat and self._between_pitches(state):
             return None, f"{FLOWN_ON} to a pitch that movements keep"
         decision = self._decide(wish, asked)
+        if goes_on and _brakes(held) and decision.choice.basis is Basis.WAY_OUT:
+            # To brake anew at every tick, from a class of speed, is never to brake.
+            return None, FLOWN_ON
         good = decision.choice.basis not in NOT_GOOD and is_certain(decision.way_out)
         at_end = held is not None and held.way_out_at(now) is not None
         if held is not None and held.loop and not good and not at_end:
@@ -107,3 +111,9 @@ class Replacement:
         return Guarded(
             now_s, False, point, velocity, turned, why, margin, held.way_out, decision=decision
         )
+
+
+def _brakes(held: Held | None) -> bool:
+    """Whether an escape is flown in place of a wish."""
+    decision = None if held is None else held.decision
+    return decision is not None and decision.choice.basis is Basis.WAY_OUT
