@@ -1,4 +1,4 @@
-"""The guardian of a copter that answers as ArduCopter does: late, with a bounded jerk, and eager."""
+"""The guardian of a copter that answers as ArduCopter does: late, and eagerly."""
 
 from __future__ import annotations
 

@@ -27,10 +27,12 @@ MAST = ObstacleMap(
 TILTS = Habits(tilt_s=0.15, acceleration_mps2=4.5)
 
 
-def led(speed_mps: float, habits: Habits | None, *, sees: bool = True) -> SimulatedFlight:
+def led(
+    speed_mps: float, habits: Habits | None, *, sees: bool = True, **vehicle: float
+) -> SimulatedFlight:
     file, setup = mission(
         mission={"name": "mast", "waypoints_m": [[60, 0, 7]], "reach_radius_m": 2},
-        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": speed_mps},
+        vehicle={"kind": "multirotor", "position_m": [0, 0, 7], "speed_mps": speed_mps} | vehicle,
         grid={"range_m": 30, "layers": 10},
         safety={"margin_m": MARGIN_M, "smallest_object_m": THICK_M},
         lidar=[{"max_range_m": 30.0}] if sees else [],
@@ -80,6 +82,22 @@ def test_one_that_answers_late_is_given_more_room() -> None:
     core = flight.session.core
     assert core.system.counts["state: outside the tube of its plan"] > 0
     assert core._lead.seconds > 0.05  # And is told earlier.
+
+
+LAME = Habits(tilt_s=0.15, acceleration_mps2=2.5, jerk_mps3=5.0)
+BRISK = Habits(tilt_s=0.2, acceleration_mps2=5.0, jerk_mps3=20.0)
+"""ArduCopter in GUIDED with WPNAV_ACCEL and PSC_JERK_XY at their defaults, and as docs ask for."""
+
+
+def test_jerk_has_a_copter_leave_its_tube_and_what_docs_ask_for_keeps_it_within() -> None:
+    as_it_comes = led(3.0, LAME, sees=False)
+    as_asked_for = led(3.0, BRISK, sees=False, acceleration_mps2=2.0, lag_s=0.3)
+    for flight in (as_it_comes, as_asked_for):
+        flight.run(10.0)
+        assert flight.autopilot.fastest_mps >= 0.9 * 3.0
+    outside = "state: outside the tube of its plan"
+    assert as_it_comes.session.core.system.counts[outside] >= 3
+    assert as_asked_for.session.core.system.counts[outside] == 0
 
 
 def test_a_stall_of_its_clock_makes_no_chase() -> None:

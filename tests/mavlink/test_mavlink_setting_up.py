@@ -316,6 +316,29 @@ def test_parameters_are_held_against_the_mission() -> None:
     assert Counter(asked_again)["CP_DIST"] == 2
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("WPNAV_ACCEL", 250.0, "WPNAV_ACCEL allows 2.5 m/s2, the mission asks for 3"),
+        ("WP_ACC", 2.5, "WP_ACC allows 2.5 m/s2, the mission asks for 3"),
+        ("WPNAV_ACCEL", 300.0, None),
+        ("PSC_JERK_XY", 5.0, "3 m/s2 take 0.6 s to come about"),
+        ("PSC_JERK_NE", 5.0, "set it to 20"),
+        ("PSC_JERK_XY", 20.0, None),
+    ],
+)
+def test_accelerations_of_the_autopilot_are_held_against_the_plan(
+    name: str, value: float, told: str | None
+) -> None:
+    parameters = Parameters()
+    assert name in {message.param_id for message in parameters.to_ask(0.0, 1, 1)}
+    parameters.hear(parameter(name, value))
+    assert not parameters.findings(5.0)  # Of a vehicle without inertia.
+    found = parameters.findings(5.0, 3.0)
+    assert bool(found) == (told is not None)
+    assert told is None or told in found[0]
+
+
 # --- other distances ----------------------------------------------------------------------------
 
 
