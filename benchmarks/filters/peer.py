@@ -37,7 +37,7 @@ class PeerTuning(NamedTuple):
 
     spare_m: float = 0.1
     """Kept beside the margin, for what the model does not know."""
-    rates_per_s: tuple[float, float] = (2.0, 2.0)
+    rates_per_s: tuple[float, float] = (1.0, 3.0)
     """How fast distance and barrier may fall, of their values."""
     balls: int = 12
     """Level sectors of which each gives the nearest ball."""

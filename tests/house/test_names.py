@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import clearway
+from repository import CHANGE_ELSEWHERE
 
 PACKAGE = Path(clearway.__file__).parent
 TREES = {
@@ -72,16 +73,6 @@ IRREGULAR = re.compile(
 )
 """Participles that are no verbs in the present as well, as `set`, `cut` or `read` are."""
 NO_PARTICIPLE = re.compile("bleed|breed|embed|exceed|feed|ned|need|proceed|seed|shed|speed")
-CHANGE_ELSEWHERE = (
-    "avoidance/decide.py",
-    "avoidance/plan/costs.py",
-    "avoidance/plan/prepared.py",
-    "live/guard/",
-    "live/link/",
-    "mavlink/",
-    "studies/reliability/",
-)
-"""Files whose names wait until the changes that are under way in them have come in."""
 
 
 def begins_with_participle(name: str) -> bool:
@@ -137,3 +128,37 @@ def test_participles_are_found(name):
 @pytest.mark.parametrize("name", ["feed", "needs_map", "set_speed", "read", "ned_from_enu", "edge"])
 def test_verbs_and_nouns_are_none(name):
     assert not begins_with_participle(name)
+
+
+RANGE = re.compile(r"range\([-\d, ]+\)")
+
+
+def constants_in_one_line(tree: ast.Module) -> list[str]:
+    """`A, B = 1, 2`, or by `range`; what is unpacked of something computed is one thing."""
+    return [
+        ast.unparse(node.targets[0])
+        for node in tree.body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Tuple)
+        and (isinstance(node.value, ast.Tuple) or RANGE.fullmatch(ast.unparse(node.value)))
+        and ast.unparse(node.targets[0]).isupper()
+    ]
+
+
+def test_constants_stand_one_a_line():
+    found = {
+        file: names
+        for file, tree in TREES.items()
+        if not file.startswith(CHANGE_ELSEWHERE) and (names := constants_in_one_line(tree))
+    }
+    assert found == {}
+
+
+@pytest.mark.parametrize("line", ["A, B = 1, 2", "LOW_M, HIGH_M = -1.0, 1.0", "A, B = range(2)"])
+def test_several_in_one_line_are_found(line):
+    assert constants_in_one_line(ast.parse(line))
+
+
+@pytest.mark.parametrize("line", ["A = (1, 2)", "A, B = OTHERS", "a, b = 1, 2"])
+def test_one_a_line_is_let_pass(line):
+    assert constants_in_one_line(ast.parse(line)) == []

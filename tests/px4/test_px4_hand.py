@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
-from clearway.px4.mode import HOLD
+from clearway.px4.mode import HOLD_MODE
 from clearway.px4.releases import RELEASES
 from clearway.px4.simulated import ModePilot
 from clearway.px4.simulated_px4 import SimulatedPx4
@@ -114,7 +114,7 @@ class Flight:
         """Whether it stands in Hold that somebody commanded, and no mode is left behind."""
         commander, speed = self.px4.commander, float((self.px4.truth.velocity_mps**2).sum())
         return (
-            commander.nav_state == HOLD
+            commander.nav_state == HOLD_MODE
             and not commander.is_in_failsafe
             and not commander.modes
             and speed < 0.1**2

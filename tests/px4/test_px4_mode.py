@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
 
 from clearway.base.errors import InputError
 from clearway.px4 import simulated_px4
-from clearway.px4.mode import HOLD, OFFBOARD
+from clearway.px4.mode import HOLD_MODE, OFFBOARD
 from clearway.px4.releases import RELEASES
 from clearway.px4.simulated_commander import TAKE_OFF, Px4Habits
 from clearway.ros2.bus import USUAL
@@ -209,7 +209,7 @@ def test_a_dead_sensor_ends_in_hold(tmp_path: Path) -> None:
 
 def test_the_pilot_takes_over_at_any_time(tmp_path: Path) -> None:
     bench = flying(tmp_path)
-    assert bench.commander.choose(HOLD)
+    assert bench.commander.choose(HOLD_MODE)
     bench.step(2, pilot=False)
     sent = bench.px4.heard["TrajectorySetpoint"]
     bench.step(20, pilot=False)

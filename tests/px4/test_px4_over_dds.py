@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
 
-from clearway.px4.mode import HOLD
+from clearway.px4.mode import HOLD_MODE
 from clearway.px4.releases import RELEASES
 from clearway.px4.setup import find_release
 from clearway.px4.simulated import ModePilot
@@ -53,7 +53,7 @@ def flown(folder: Path, release: str, mission: Path, more: str, *px4: object) ->
         assert (ours.returncode, other.returncode) == (0, 0), json.dumps([told, truth])
     assert told["px4"] == {"release": release, "activations": 1}
     assert told["reached"]
-    assert truth["nav_state"] == HOLD, "at the end the mode leaves PX4, which holds"
+    assert truth["nav_state"] == HOLD_MODE, "at the end the mode leaves PX4, which holds"
     assert not truth["failsafe"]
     return truth
 
@@ -104,7 +104,7 @@ def test_px4_holds_when_the_process_goes(px4: SimulatedPx4, how: int, tmp_path: 
         assert stepped_until(px4, lambda: px4.heard["TrajectorySetpoint"] > 10)
         assert px4.flies_external
         ours.send_signal(how)
-        assert stepped_until(px4, lambda: px4.commander.nav_state == HOLD, 20.0)
+        assert stepped_until(px4, lambda: px4.commander.nav_state == HOLD_MODE, 20.0)
     assert px4.commander.is_in_failsafe == (how == signal.SIGKILL)
     assert px4.nearest_obstacle_m >= 0.8
 

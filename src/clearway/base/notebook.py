@@ -10,7 +10,8 @@ import numpy as np
 
 from clearway.base.frames import FloatArray
 
-WIDTH, HEIGHT = 460.0, 220.0
+WIDTH = 460.0
+HEIGHT = 220.0
 SPARE = 12.0
 """Round the sketch, in its own units."""
 MOST_PLACES = 400

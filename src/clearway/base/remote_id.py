@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import zlib
 
-UNKNOWN_DIRECTION, UNKNOWN_SPEED, UNKNOWN_CLIMB = 36_100, 25_500, 6_300
+UNKNOWN_DIRECTION = 36_100
+UNKNOWN_SPEED = 25_500
+UNKNOWN_CLIMB = 6_300
 """Hundredths of degrees, centimetres a second."""
 UNKNOWN_ALTITUDE_M = -1_000.0
 ACCURACY_M = {
@@ -17,7 +19,7 @@ ANONYMOUS = 1 << 24
 
 
 def remote_address(identity: bytes) -> int:
-    """A number for whoever sends under an identity, of 24 bits beside those given out by states."""
+    """A number for the sender of an identity, of 24 bits beside those given out by states."""
     return ANONYMOUS | zlib.crc32(bytes(identity).rstrip(b"\0")) & (ANONYMOUS - 1)
 
 

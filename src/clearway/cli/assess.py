@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 Outcome: TypeAlias = "tuple[dict[str, Any], str, Callable[[], Mapping[str, Figure]]]"
 """Result, the same in words, and its pictures when they are wanted."""
 
-GRID, OUTPUT = "Grid", "Output"
+GRID = "Grid"
+OUTPUT = "Output"
 COMMAND_LINE = "command line"
 
 

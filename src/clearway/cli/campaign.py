@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from clearway.studies.campaigns.run import CampaignProgress
 
 ENGINES = ("processes", "dask")
-RUN, OUTPUT = "Run", "Output"
+RUN = "Run"
+OUTPUT = "Output"
 
 
 def campaign(
@@ -98,13 +99,13 @@ def campaign(
     from clearway.base.errors import InputError
     from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.campaigns.file import read_campaign
-    from clearway.studies.campaigns.run import JOURNAL, RESULTS
+    from clearway.studies.campaigns.run import JOURNAL, RESULTS_FILE
 
     if file is None:
         raise InputError("campaign", "a name or a file is needed, or --summary or --families")
     asked = read_campaign(file)
     folder = out or Path("clearway-out") / f"campaign-{asked.file.name}"
-    ResultsFolder.check(folder, "campaign", asked.file.name, own=(RESULTS, JOURNAL))
+    ResultsFolder.check(folder, "campaign", asked.file.name, own=(RESULTS_FILE, JOURNAL))
     for page in docs or []:
         refuse_unwritable_file(page, "--docs")
     if replay is not None:
@@ -117,9 +118,9 @@ def campaign(
         for label, why in flown.skipped.items():
             say(f"skipped {label}: {why}")
         # Before the results are put in their place, which a full disk may refuse.
-        more = {"flown_now": flown.flown_now, "results": str(folder / RESULTS)}
+        more = {"flown_now": flown.flown_now, "results": str(folder / RESULTS_FILE)}
         _print(flown.rows, flown.settings, flown.absent, as_json, more)
-    say(f"{flown.flown_now} flights flown, {len(flown.rows)} in {folder / RESULTS}")
+    say(f"{flown.flown_now} flights flown, {len(flown.rows)} in {folder / RESULTS_FILE}")
     _put(docs or [], flown.rows, flown.settings, flown.absent)
     first = asked.file.planners[0]
     if any(not row.safe for row in flown.rows if row.planner == first):

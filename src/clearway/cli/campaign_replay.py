@@ -19,7 +19,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     from clearway.cli.flight_files import draw_pictures, write_flight
     from clearway.cli.fly import fly_with_bar
     from clearway.io.results_folder import ResultsFolder
-    from clearway.studies.campaigns.run import RESULTS, choose_tasks
+    from clearway.studies.campaigns.run import RESULTS_FILE, choose_tasks
     from clearway.studies.campaigns.summary import describe_flight
     from clearway.studies.campaigns.task import Spent, case_of, make_flight_row, tasks_of
     from clearway.view.plot.style import Pictures
@@ -31,7 +31,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     case.setup.refuse_impossible()
     run = fly_with_bar(case.setup, task.flown_by)
     row = make_flight_row(task, run, Spent(0.0, 0.0))
-    before = _row_before(folder / RESULTS, task.key)
+    before = _row_before(folder / RESULTS_FILE, task.key)
     other = _differences(before, row)
     if as_json:
         flight = asdict(row)
@@ -41,7 +41,7 @@ def replay_flight(asked: Campaign, key: str, folder: Path, as_json: bool) -> Non
     write_flight(run, case.setup, case.file, results)
     draw_pictures(run, case.setup, case.file, results, Pictures())
     if before is None:
-        say(f"no row of this flight in {folder / RESULTS} to hold it against")
+        say(f"no row of this flight in {folder / RESULTS_FILE} to hold it against")
     elif other:
         say(f"it does NOT end as its row says: {', '.join(other)}")
         leave(NOT_REACHED)

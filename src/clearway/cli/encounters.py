@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from clearway.studies.encounters.encounter import EncounterSettings
     from clearway.studies.encounters.flights import EncounterOutcome, EncounterTally
 
-KIND, RUN, OUTPUT = "Kind of encounter", "Run", "Output"
+KIND = "Kind of encounter"
+RUN = "Run"
+OUTPUT = "Output"
 FAILURES_SHOWN = 12
 CSV_COLUMNS = (
     "kind", "seed", "min_distance_m", "kept", "avoidable", "emergencies", "planner", "aside_m",

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from clearway.studies.faults import Point
     from clearway.view.plot.style import Pictures
 
-RUN, OUTPUT = "Run", "Output"
+RUN = "Run"
+OUTPUT = "Output"
 FLIGHT = (
     *("fault", "variant", "level", "seed", "reached", "kept", "crashed", "nearest_m"),
     *("outcome", "escape_asked", "escape_mode"),

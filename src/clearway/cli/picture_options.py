@@ -11,7 +11,8 @@ if TYPE_CHECKING:
 
 Form = Annotated[str, typer.Option("--format", help="png, svg or pdf.", rich_help_panel="Pictures")]
 Dpi = Annotated[int, typer.Option(help="Dots per inch.", rich_help_panel="Pictures")]
-FORM, DPI = "png", 110
+FORM = "png"
+DPI = 110
 
 
 def pictures_of(form: str, dpi: int) -> Pictures:

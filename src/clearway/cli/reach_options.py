@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from clearway.io.results_folder import ResultsFolder
     from clearway.vehicle.automaton import MovementAutomaton
 
-GRID, VEHICLE, OUTPUT = "Grid", "Vehicle", "Output"
+GRID = "Grid"
+VEHICLE = "Vehicle"
+OUTPUT = "Output"
 MOST_CELLS = 100_000
 LONGEST_S = 1e3
 """A movement of a quarter of an hour."""

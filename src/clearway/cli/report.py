@@ -221,7 +221,7 @@ def folder_of_file(name_or_path: str) -> Path | None:
 
 
 def _leave_interrupted() -> NoReturn:
-    """End as Ctrl-C asks for, whoever presses it again."""
+    """End as Ctrl-C asks for, though it is pressed again."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     say("interrupted")
     leave(INTERRUPTED)

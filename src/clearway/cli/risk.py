@@ -26,7 +26,10 @@ if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
     from clearway.view.plot.style import Pictures
 
-KIND, SCALE, RUN, OUTPUT = "Kind of encounter", "Real scale", "Run", "Output"
+KIND = "Kind of encounter"
+SCALE = "Real scale"
+RUN = "Run"
+OUTPUT = "Output"
 STRETCHED_ALONE = ("own_kt", "noise", "report_s", "stretch")
 REAL_ALONE = ("range_m", "reaction_s", "floor_ft", "ceiling_ft", "within_s", "models")
 MODELS_ALONE = ("docs",)

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from clearway.studies.risk.study import RiskStudy
 
 PLURALS = {"near_collision": "near mid-air collisions", "lost_well_clear": "losses of well clear"}
-CASES_SHOWN, WORST_SHOWN = 8, 3
+CASES_SHOWN = 8
+WORST_SHOWN = 3
 REAL_SCALE = ("all hear the same reports through the same tracker and fly the same vehicle",)
 VERDICTS = {"shown": "pass", "missed": "fail", "not shown": "not shown"}
 

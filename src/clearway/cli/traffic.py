@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from clearway.traffic.recorded.picture import AirPicture
     from clearway.view.plot.style import Pictures
 
-OUTPUT, FLYING = "Output", "Flying an encounter"
+OUTPUT = "Output"
+FLYING = "Flying an encounter"
 UTC_LENGTH = 19
 # Of a date and the blank after it.
 DATE_LENGTH = len("YYYY-MM-DD ")

@@ -18,9 +18,11 @@ from clearway.hand.word import Word
 
 LATE_S = 0.02
 """A set-point that is late by more is sent by the second process."""
-RELIEVED_S, RELIEVED_PERIODS = 1.0, 2.0
+RELIEVED_S = 1.0
+RELIEVED_PERIODS = 2.0
 """Silent for so long, and for so many periods, the deciding process is relieved."""
-ANSWERS_S, TRIES_S = 0.2, 0.0005
+ANSWERS_S = 0.2
+TRIES_S = 0.0005
 """The second process gives the word back within this time; and between two tries to take it."""
 STARTS_S = 20.0
 """The second process watches within this time."""

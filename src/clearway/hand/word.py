@@ -1,6 +1,6 @@
 """Who may speak to the vehicle: one lock that two processes share, and a mark that stays.
 
-Whoever sends holds the lock while it does so. A process that dies loses it by the kernel's doing.
+The sender holds the lock while it sends. A process that dies loses it by the kernel's doing.
 The mark says that the second process has taken over for good.
 """
 

@@ -23,9 +23,11 @@ from clearway.base.errors import ClearwayError, InputError
 from clearway.io.foreign_errors import TOO_MUCH
 from clearway.io.readers import ALONE, Reader, folder, reader
 
-MEMORY_BYTES, MEMORY_PER_BYTE = 700_000_000, 30
+MEMORY_BYTES = 700_000_000
+MEMORY_PER_BYTE = 30
 """Of data, for the libraries and for each byte of the file."""
-CPU_S, CPU_S_PER_BYTE = 20, 4e-6
+CPU_S = 20
+CPU_S_PER_BYTE = 4e-6
 LONGEST_WAIT_S = 600.0
 """For one answer, on a machine that is busy with something else."""
 LENGTH = struct.Struct("<Q")

@@ -58,7 +58,7 @@ def whole_number(word: str) -> int | None:
 
 
 class NoJsonError(Exception):
-    """Text that is no JSON, and why; whoever reads it knows better what it should have been."""
+    """Text that is no JSON, and why; its reader knows better what it should have been."""
 
 
 class _RepeatedKeyError(Exception):

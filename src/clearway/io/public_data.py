@@ -20,7 +20,10 @@ FOLDER = "CLEARWAY_DATA"
 """Environment variable: a folder of data, looked into for files that are nowhere else."""
 CHUNK = 1 << 16
 TIMEOUT_S = 30.0
-MIT, BSD2, BSD3, APACHE = "MIT", "BSD-2-Clause", "BSD-3-Clause", "Apache-2.0"
+MIT = "MIT"
+BSD2 = "BSD-2-Clause"
+BSD3 = "BSD-3-Clause"
+APACHE = "Apache-2.0"
 
 
 class PublicFile(NamedTuple):

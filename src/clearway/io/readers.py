@@ -33,7 +33,8 @@ LOADED = "LOADED_APART"
 LONGEST_REQUEST = 65536
 FDS = 3
 """The first brings what is asked for, the second takes answers, the third asks how it ended."""
-HOW_IT_ENDED, STILL_RUNS = b"?", b"."
+HOW_IT_ENDED = b"?"
+STILL_RUNS = b"."
 LOST = -int(signal.SIGKILL)
 """The status of what ended together with the process that it was forked from."""
 Serve = Callable[[int, int], None]

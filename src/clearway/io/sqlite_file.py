@@ -13,11 +13,15 @@ from urllib.parse import quote
 
 from clearway.base.errors import InputError
 
-STEPS, STEPS_A_BYTE, MOST_STEPS = 100_000, 20, 20_000_000
+STEPS = 100_000
+STEPS_A_BYTE = 20
+MOST_STEPS = 20_000_000
 """Of SQLite's machine: how often it is looked at, and what a file of its size may need."""
-MOST_VALUE_BYTES, LEAST_VALUE_BYTES = 256_000_000, 1_000_000
+MOST_VALUE_BYTES = 256_000_000
+LEAST_VALUE_BYTES = 1_000_000
 """Of one text or blob, which is never larger than its file: bounds of what may be made of one."""
-ROW_BYTES, FEW_ROWS = 8, 1_000
+ROW_BYTES = 8
+FEW_ROWS = 1_000
 """What a row takes of a file at least; so many are read of any file."""
 LONGEST_PATTERN = 50
 """Of LIKE, which takes exponential time."""

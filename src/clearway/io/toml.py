@@ -16,13 +16,15 @@ from clearway.base.brief import in_brief, one_line
 from clearway.base.errors import InputError, naming
 from clearway.io.toml_problems import name_place, problems_of, show_value
 
-SMALLEST, LARGEST = 1e-30, 1e30
+SMALLEST = 1e-30
+LARGEST = 1e30
 """Of numbers in files of our own, in any unit."""
 MOST_VALUES = 500_000
 """Of a file of our own, tables and lists too: what is larger is a map or a point cloud."""
 MOST_PRINTED_PROBLEMS = 50
 """Problems of one file that are reported; of more, how many there are."""
-SHORT_LIST, SHORT_TABLE = 20, 200
+SHORT_LIST = 20
+SHORT_TABLE = 200
 """Entries that are looked at again where nearly all are wrong."""
 
 

@@ -16,11 +16,13 @@ from clearway.live.link.set_point import SetPoint
 
 RENEWED_S = 0.5
 """An escape is handed over again after so long: clocks and leads are learned meanwhile."""
-FLOWN, ENDED = "decider silent, its escape is flown", "escape flown, set-points stop"
+FLOWN = "decider silent, its escape is flown"
+ENDED = "escape flown, set-points stop"
 NOT_FLOWN = "decider silent, no escape is flown"
 TURNED_OFF = "no second process: if this one dies, nobody flies its escape"
 NO_SIMULATED_TIME = "no second process: where the vehicle's time stands still, nothing is late"
-NO_ESCAPE, NOT_LED = "no escape was held", "the vehicle was not led"
+NO_ESCAPE = "no escape was held"
+NOT_LED = "the vehicle was not led"
 
 
 class Says(NamedTuple):

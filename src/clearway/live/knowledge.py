@@ -1,7 +1,7 @@
 """What readings have told up to now: the own position, what sensors saw, who reported, how far we
 are.
 
-Times here are the system's own; `live.inputs.clock` makes them of what whoever asks tells.
+Times here are the system's own; `live.inputs.clock` makes them of what the caller tells.
 """
 
 from __future__ import annotations

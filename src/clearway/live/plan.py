@@ -23,7 +23,7 @@ MOST_ROUNDS = 1000
 class Plan:
     """What was decided last, flown from then on; before the first decision, nothing.
 
-    Nobody else keeps a copy: whoever flies asks `movement_at` and `state_at`.
+    Nobody else keeps a copy: the pilot asks `movement_at` and `state_at`.
     """
 
     automaton: MovementAutomaton

@@ -47,7 +47,7 @@ from clearway.vehicle.reference import Reference
 class AvoidanceSystem:
     """Feed it with `update`, ask it with `due` and `decide`.
 
-    Whoever asks tells the time, and readings are checked against it: they wait for the next
+    The caller tells the time, and readings are checked against it: they wait for the next
     question. A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
     planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
@@ -116,7 +116,7 @@ class AvoidanceSystem:
 
     @property
     def followed(self) -> bool:
-        """Whether the vehicle flies what is decided; whoever knows better sets it. Where a pilot
+        """Whether the vehicle flies what is decided; a caller that knows sets it. Where a pilot
         flies, going elsewhere than decided tells nothing of the wind."""
         return self._known.followed
 
@@ -126,7 +126,7 @@ class AvoidanceSystem:
 
     @property
     def floor_m(self) -> float:
-        """Height of the world that no decision leads below; whoever flies may set it, -inf for
+        """Height of the world that no decision leads below; the caller may set it, -inf for
         none. Raises ClearwayError for what is no height."""
         return self._known.floor_m
 
@@ -149,7 +149,7 @@ class AvoidanceSystem:
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
         """Make a reading of raw values and take it, as `update` does; returns whether it could be.
 
-        For values that nobody has looked at: what a State, Scan or Intruder refuses to be made of
+        For values that are not checked yet: what a State, Scan or Intruder refuses to be made of
         is counted by what is wrong with it, where making it oneself would raise.
         """
         return self._known.receive(kind, *values, **named)
@@ -210,7 +210,7 @@ class AvoidanceSystem:
         return self._describe_flight(decision, now, now_s, scan_age, picture)
 
     def keep_up(self, now_s: float) -> None:
-        """Do what is soon due beside decisions; for whoever has time between them."""
+        """Do what is soon due beside decisions; for callers with time between them."""
         now = self._known.catch_up(now_s)
         if self.planner.automaton.has_inertia:
             prepare_next(self.planner, self._known.flown.class_at(now))
@@ -349,8 +349,8 @@ class AvoidanceSystem:
     def state_at(self, time_s: float) -> State | None:
         """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
 
-        Flown from the state that was decided for: a set-point, not an estimate of the own state
-        estimate.
+        Flown from the state that was decided for: a set-point, not an estimate of the
+        own state.
         """
         state = self._plan.state_at(self._known.clock.own(time_s))
         return replace(state, time_s=time_s) if state and self._known.clock.shifted else state

@@ -30,7 +30,8 @@ from clearway.traffic.volumes import AlertLevel, Alerts, VolumeSet, alerts_after
 from clearway.vehicle.performance import Performance
 
 NEVER_PLACED = "heard, but reports no position"
-ALIKE_MPS, ALIKE_SHARE = 10.0, 0.3
+ALIKE_MPS = 10.0
+ALIKE_SHARE = 0.3
 """Radar tracks lag in turns: so far a velocity, or so much of it, may differ from the own one."""
 OWN_GHOST = "a radar's track (TIS-B) of the own aircraft"
 

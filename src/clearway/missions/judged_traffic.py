@@ -27,7 +27,8 @@ FARTHEST_M = 100_000.0
 ASSUMED_OWN = "height unknown, so the own height is assumed"
 ASSUMED_MIXED = "barometric against geometric height, so the own height is assumed where it may be"
 POSITIONS_TELL = "reported velocities disagree with the positions, which tell the velocity"
-MIXED_M, MIXED_SHARE = 600.0, 0.1
+MIXED_M = 600.0
+MIXED_SHARE = 0.1
 """How far a barometric and a geometric height of one place may differ: 60 hPa of pressure and 100 m
 of geoid, and a tenth of the height for the temperature of the air."""
 

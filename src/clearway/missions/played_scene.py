@@ -24,8 +24,10 @@ from clearway.reach.store import Notice, ReachLibrary
 from clearway.sensors import Lidar, Scan
 from clearway.vehicle.scale import suit_reach_m
 
-NO_POSE, INCOMPLETE = "no pose at its time", "incomplete: its missing beams say nothing"
-OUT_OF_ORDER, AHEAD_OF_TIME = "not later than the one before", "later than the one after it"
+NO_POSE = "no pose at its time"
+INCOMPLETE = "incomplete: its missing beams say nothing"
+OUT_OF_ORDER = "not later than the one before"
+AHEAD_OF_TIME = "later than the one after it"
 ONE_SCAN_S = 1e-3
 """Memory of a vehicle that may have moved, nobody knows where to."""
 

@@ -17,7 +17,9 @@ from clearway.sim.pilot import Steering
 if TYPE_CHECKING:
     import pyarrow
 
-DECISIONS, TRACK, INTRUDERS = "decisions.parquet", "track.parquet", "intruders.parquet"
+DECISIONS = "decisions.parquet"
+TRACK = "track.parquet"
+INTRUDERS = "intruders.parquet"
 
 NUMBERS = (
     "cost_m",

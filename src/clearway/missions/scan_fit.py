@@ -32,7 +32,8 @@ CONE_RAD = np.radians(65.0)
 """From the middle to the corner of what the widest depth cameras see; a LiDAR's rings are lower."""
 EDGES = (1.0, 99.0)
 """Percentiles that count as the edges of an image."""
-CORNER, IN_A_CORNER = 0.75, 0.002
+CORNER = 0.75
+IN_A_CORNER = 0.002
 """From where, of half an image, a corner begins: a circle ends at 0.71. Share of points in each
 corner, of which an even image has 1.6 %."""
 ABOVE = "above"

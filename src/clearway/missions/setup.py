@@ -104,7 +104,7 @@ class FlightSetup:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What whoever flies to its waypoints has to know, beside `notes` and `escape`."""
+        """What the pilot to its waypoints has to know, beside `notes` and `escape`."""
         told = (
             over_reach(self.mission, self.planner.automaton),
             over_turns(self.mission, self.planner.automaton),

@@ -1,4 +1,4 @@
-"""What map obstacles do to cells: base probability (5.52), (5.53), and coating (def. 5, def. 6)."""
+"""What obstacles do to cells: base probability (5.52), (5.53), and inflation (def. 5, def. 6)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ VolumeMode = Literal["fast", "fine", "reference"]
 within 0.005 and 0.001, with few and large cells too, in some milliseconds. Reference: within 1e-5,
 in a second."""
 
-FINE_NODES, FINE_NODES_IN_ALL = 2_000, 350_000
+FINE_NODES = 2_000
+FINE_NODES_IN_ALL = 350_000
 """Parts of a cell in fine mode, and of the grid; as many as in fast mode at least."""
-FAST_LOOKS, EVERY_LOOK = 4_000, 2**62
+FAST_LOOKS = 4_000
+EVERY_LOOK = 2**62
 """Shapes times parts of a cell that are looked at in fast and in fine mode. Where more than forty
 shapes meet in a cell, fewer parts tell nearly as much, and a decision stays one of milliseconds."""
 COAT_LOOKS = 10_000

@@ -38,7 +38,7 @@ class Voxels(NamedTuple):
 class PointWorld:
     """Balls of one radius at points [n, 3] of the world frame; satisfies `World`.
 
-    labels: [n] class of each point, kept for whoever asks. Raises ClearwayError for anything but
+    labels: [n] class of each point, kept for callers. Raises ClearwayError for anything but
     finite points and a radius above 0.
 
     >>> import numpy as np

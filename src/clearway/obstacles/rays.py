@@ -26,7 +26,8 @@ from clearway.obstacles.obstacle import Shapes
 from clearway.obstacles.rounded_box import ray_rounded_box
 from clearway.obstacles.tree import BoxTree
 
-MANY, FEW = 200, 10
+MANY = 200
+FEW = 10
 """Rays of a bundle, and of the bundles within it."""
 
 

@@ -15,7 +15,9 @@ from clearway.ros2.bus import USUAL, Quality
 from clearway.ros2.hand import TopicEncoding
 from clearway.ros2.messages import pack_message
 
-HOLD, UNREGISTER, ANSWER = 2, 3, 4
+HOLD = 2
+UNREGISTER = 3
+ANSWER = 4
 """Channels, after those of set-points and diagnostics."""
 ON_CHANNELS = ("VehicleCommand", "UnregisterExtComponent", "ArmingCheckReply")
 SET_POINT = 0

@@ -23,14 +23,17 @@ SILENT_S: Final = 4.0
 """PX4 asks every registered mode each 0.3 s; without a question for so long it has gone."""
 SET_POINTS_LATE_MS: Final = 500
 """After so long without a set-point PX4 leaves the mode by its own failsafe, from 1.18 on."""
-FIRST_MODE, LAST_MODE = 23, 30
+FIRST_MODE = 23
+LAST_MODE = 30
 """NAVIGATION_STATE_EXTERNAL1 to 8."""
-OFFBOARD, HOLD = 14, 4
+OFFBOARD = 14
+HOLD_MODE = 4
 """NAVIGATION_STATE_OFFBOARD and AUTO_LOITER."""
 ARMED = 2
 """VehicleStatus.ARMING_STATE_ARMED."""
 SET_NAV_STATE = 100_001
-TRAJECTORY, FORMAT_PROTOCOL = 4, 1
+TRAJECTORY = 4
+FORMAT_PROTOCOL = 1
 """SetpointConfig.TYPE_TRAJECTORY; version of questions for formats."""
 OPTIONAL = ("HomePosition",)
 """PX4 may be built without it."""
@@ -125,7 +128,7 @@ class Px4Mode:
 
     def hold_message(self) -> Any:
         """VehicleCommand to go to Hold."""
-        return self._make("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD))
+        return self._make("VehicleCommand", command=SET_NAV_STATE, param1=float(HOLD_MODE))
 
     def complete(self) -> None:
         """Tell PX4 that the mode has done what it is for."""

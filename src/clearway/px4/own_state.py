@@ -16,9 +16,11 @@ from clearway.io.poses.pose_track import convert_quaternion
 from clearway.io.poses.ulog import ENU_FROM_NED, FRD_FROM_FLU
 from clearway.live.link.own_motion import OwnMotion
 
-NED, BODY_FRD = 1, 3
+NED = 1
+BODY_FRD = 3
 """VehicleOdometry's POSE_FRAME_NED, VELOCITY_FRAME_NED and VELOCITY_FRAME_BODY_FRD."""
-FARTHEST_M, FASTEST_MPS = 1e6, 1e4
+FARTHEST_M = 1e6
+FASTEST_MPS = 1e4
 SAMPLED_S: Final = 0.5
 """A state was sampled at most so long before it was reported."""
 MOVED_M: Final = 0.1

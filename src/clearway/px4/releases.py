@@ -41,7 +41,8 @@ UNCHECKED = (
 )
 """Of which PX4 is not asked for the format: by the first two it is asked, and of the others no
 release is known to answer."""
-FNV_START, FNV_PRIME = 0x811C9DC5, 0x1000193
+FNV_START = 0x811C9DC5
+FNV_PRIME = 0x1000193
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from typing import Final
 from clearway.base.errors import ClearwayError
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
-from clearway.px4.mode import FIRST_MODE, HOLD
+from clearway.px4.mode import FIRST_MODE, HOLD_MODE
 from clearway.px4.releases import RELEASES
 from clearway.px4.simulated_commander import TAKE_OFF
 from clearway.px4.simulated_px4 import SimulatedPx4
@@ -49,7 +49,7 @@ class ModePilot:
             if any(one.answer is not None for one in commander.modes.values()):
                 commander.choose(TAKE_OFF)
                 commander.arm()
-        elif mode is not None and commander.is_armed and commander.nav_state == HOLD:
+        elif mode is not None and commander.is_armed and commander.nav_state == HOLD_MODE:
             commander.choose(mode)
 
 

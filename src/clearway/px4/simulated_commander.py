@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from clearway.px4.mode import FIRST_MODE, HOLD, OFFBOARD, SET_NAV_STATE, TRAJECTORY, text_of
+from clearway.px4.mode import FIRST_MODE, HOLD_MODE, OFFBOARD, SET_NAV_STATE, TRAJECTORY, text_of
 from clearway.px4.releases import Release, format_hash
 from clearway.ros2.messages import make_message
 
@@ -18,9 +18,11 @@ QUESTION_S: Final = 0.3
 """Between two arming checks."""
 ANSWER_S: Final = 0.05
 """An answer that takes longer counts as none, until it comes."""
-MOST_UNANSWERED, MOST_UNANSWERED_FIRST = 3, 10
+MOST_UNANSWERED = 3
+MOST_UNANSWERED_FIRST = 10
 MOST_MODES: Final = 8
-DISARMED, ARMED = 1, 2
+DISARMED = 1
+ARMED = 2
 TAKE_OFF: Final = 17
 STATUS_S: Final = 0.2
 
@@ -70,7 +72,7 @@ class Commander:
     habits: Px4Habits = field(default_factory=Px4Habits)
     modes: dict[int, Registered] = field(default_factory=dict)
     """By arming check id."""
-    nav_state: int = HOLD
+    nav_state: int = HOLD_MODE
     is_armed: bool = False
     is_in_failsafe: bool = False
     position_is_valid: bool = True
@@ -129,7 +131,7 @@ class Commander:
         if self.nav_state >= FIRST_MODE and self.is_armed:
             late = now_s > self.set_point_s + self.timeout_s
             if late or found is None or not self.can_fly(self.nav_state):
-                self.nav_state, self.is_in_failsafe = HOLD, True
+                self.nav_state, self.is_in_failsafe = HOLD_MODE, True
         told = (self.nav_state, self.is_armed, self.is_in_failsafe, len(self.modes))
         if told != self._told or now_s >= self._told_s + STATUS_S:
             self._told, self._told_s = told, now_s
@@ -209,7 +211,7 @@ class Commander:
             return
         del self.modes[int(request.arming_check_id)]
         if self.nav_state == mode.mode_id:
-            self.nav_state = HOLD
+            self.nav_state = HOLD_MODE
 
     def _take_answer(self, reply: Any, _now_s: float) -> None:
         mode = self.modes.get(int(reply.registration_id))

@@ -24,7 +24,7 @@ from clearway.mavlink.simulated_telemetry import SECTORS, measure_sectors
 from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
-from clearway.px4.mode import FIRST_MODE, HOLD
+from clearway.px4.mode import FIRST_MODE, HOLD_MODE
 from clearway.px4.releases import Release
 from clearway.px4.simulated_commander import TAKE_OFF, Commander, Px4Habits
 from clearway.px4.simulated_messages import cloud_message, target_of_trajectory
@@ -42,11 +42,12 @@ RESET_M: Final = 1.0
 OUT = Quality(reliable=False, latched=True, depth=1)
 """As PX4's client publishes; what comes in is best effort too."""
 IN = Quality(reliable=False, depth=20)
-CLOUD_FRAME, DISTANCES = "lidar", "/fmu/in/obstacle_distance"
+CLOUD_FRAME = "lidar"
+DISTANCES = "/fmu/in/obstacle_distance"
 
 
 class SimulatedPx4:
-    """Step it with `step`; whoever plays the pilot uses `commander`."""
+    """Step it with `step`; a simulated pilot uses `commander`."""
 
     def __init__(
         self,
@@ -163,7 +164,7 @@ class SimulatedPx4:
         self.truth = VehicleTruth(place, np.zeros(3), self.truth.yaw_rad)
         self.commander.landed = bool(place[2] < self.ground_m + UPWARD_M)
         if place[2] >= self._start[2] - 1e-6:
-            self.commander.choose(HOLD)
+            self.commander.choose(HOLD_MODE)
 
     def _measure(self) -> None:
         gap = float(self._setup.world.distance_m(self.truth.position_m[None])[0])

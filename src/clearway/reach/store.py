@@ -206,7 +206,7 @@ def _tell_apart(
     reach_sets: tuple[ReachSet, ...], automaton: MovementAutomaton
 ) -> tuple[ReachSet, ...]:
     """Those of a measured automaton all begin level: by so little pitch that it matters to nothing
-    else, whoever keeps them by their start pitch tells them apart."""
+    else, a store by start pitch tells them apart."""
     if automaton.classes is None or automaton.has_inertia:
         return reach_sets
     return tuple(replace(one, start_pitch_rad=n * APART_RAD) for n, one in enumerate(reach_sets))

@@ -13,12 +13,18 @@ from clearway.base.frames import FloatArray, enu_from_geodetic
 from clearway.live.link.aircraft import AircraftReport
 from clearway.ros2.transforms import RigidTransform
 
-PLACE, ALTITUDE, HEADING, SPEED, CLIMB = 1, 2, 4, 8, 128
+PLACE = 1
+ALTITUDE = 2
+HEADING = 4
+SPEED = 8
+CLIMB = 128
 """Flags of what is valid, as of MAVLink's ADSB_FLAGS."""
 HALF_SPAN_M = {1: 6.0, 2: 15.0, 3: 20.0, 4: 30.0, 5: 35.0, 6: 8.0, 7: 8.0, 9: 12.0, 10: 15.0,
                11: 4.0, 12: 6.0, 14: 1.0, 15: 20.0}  # fmt: skip
 UNKNOWN_HALF_SPAN_M = 15.0
-FASTEST_MPS, FARTHEST_M, WIDEST_M = 1e4, 1e7, 1e3
+FASTEST_MPS = 1e4
+FARTHEST_M = 1e7
+WIDEST_M = 1e3
 
 
 def read_ros2_aircraft(

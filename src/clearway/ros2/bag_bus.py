@@ -19,8 +19,8 @@ STEP_S = 0.02
 class BagBus:
     """A `bus.TopicBus` that plays a ROS 2 bag or MCAP file as fast as it is waited for.
 
-    What was recorded at once comes once for each wait: whoever looks again before a tick must not
-    run ahead of it.
+    What was recorded at once comes once for each wait: a reader that looks again before a tick must
+    not run ahead of it.
     """
 
     def __init__(self, path: Path) -> None:

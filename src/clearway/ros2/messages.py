@@ -14,7 +14,11 @@ import numpy as np
 from clearway.base.errors import MissingExtraError
 from clearway.ros2.px4_definitions import PX4_DEFINITIONS
 
-UINT8, UINT16, UINT32, FLOAT32, FLOAT64 = "uint8", "uint16", "uint32", "float32", "float64"
+UINT8 = "uint8"
+UINT16 = "uint16"
+UINT32 = "uint32"
+FLOAT32 = "float32"
+FLOAT64 = "float64"
 
 TRANSPONDER_REPORT = """
 uint64 timestamp

@@ -18,7 +18,8 @@ from clearway.sensors import BeamPattern, Lidar, Mounting, Scan
 
 SLICES = 32
 """Of a sweep, each moved at once."""
-OFF_M, OFF_RAD = 0.02, math.radians(0.5)
+OFF_M = 0.02
+OFF_RAD = math.radians(0.5)
 """A sensor mounted farther from where the mission says is not the mission's."""
 WITHIN_S = 0.5
 
@@ -33,7 +34,8 @@ ANOTHER_FIELD = (
 )
 WRONG_FRAMES = (MOUNTED_ELSEWHERE, MOUNTED_OPTICAL, ANOTHER_FIELD)
 EMPTY = "cloud: empty, which says nothing"
-ENOUGH, FEWEST = 20, 0.01
+ENOUGH = 20
+FEWEST = 0.01
 """Points that tell where a sensor looks, and the share of them that its beams must explain."""
 FIELD_SLACK_RAD = math.radians(5.0)
 

@@ -254,7 +254,8 @@ uint16 max_distance
 float32 angle_offset
 """
 _DISPLAY = "uint8 nav_state_display\nbool accepts_offboard_setpoints\n"
-_SELECTABLE, _OFFBOARD = "bool not_user_selectable\n", "bool request_offboard_setpoints\n"
+_SELECTABLE = "bool not_user_selectable\n"
+_OFFBOARD = "bool request_offboard_setpoints\n"
 
 PX4_DEFINITIONS = {
     f"px4_msgs/msg/{name}": text

@@ -18,7 +18,8 @@ from clearway.ros2.kinds import Heard
 from clearway.ros2.topic_link import TopicLink
 
 MOST_GOALS = 1000
-MOST_REASONS, OTHER_REASONS = 16, "for other reasons"
+MOST_REASONS = 16
+OTHER_REASONS = "for other reasons"
 """Reasons why goals are refused that are counted one by one: they name heights, of any number."""
 
 

@@ -17,12 +17,17 @@ from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.ros2.messages import make_message
 
 NAN3 = np.full(3, math.nan, dtype=np.float32)
-FOLLOW_WHOLLY, FOLLOW, HOLD, VELOCITY = 0x000, 0x9C0, 0x9F8, 0x5C7
+FOLLOW_WHOLLY = 0x000
+FOLLOW = 0x9C0
+HOLD = 0x9F8
+VELOCITY = 0x5C7
 """Type masks of mavros_msgs/PositionTarget: all counts; place, velocity and yaw; place and yaw;
 velocity and yaw rate."""
 LOCAL_NED = 1
 """FRAME_LOCAL_NED, which mavros turns from z-up itself."""
-OK, WARN, ERROR = 0, 1, 2
+OK = 0
+WARN = 1
+ERROR = 2
 AHEAD_S = 1.0
 """How far ahead a path leads that is sent as a set-point."""
 

@@ -42,7 +42,8 @@ FLYING = VehicleStatus(armed=True, follows=True, airborne=True)
 """Nothing in ROS says so for every vehicle: whoever starts the node with `act` does."""
 TF = "tf2_msgs/msg/TFMessage"
 
-MALFORMED, UNUSABLE = "malformed", "values that cannot be used"
+MALFORMED = "malformed"
+UNUSABLE = "values that cannot be used"
 
 
 class TopicLink(TopicTeller[S]):

@@ -13,11 +13,13 @@ from clearway.base.frames import FloatArray
 from clearway.io.poses.pose_track import convert_quaternion
 
 KEPT_S = 10.0
-MOST_FRAMES, MOST_KEPT = 500, 2000
+MOST_FRAMES = 500
+MOST_KEPT = 2000
 LATE_S = 0.5
 """How far from the time asked for a moving transform may be."""
 NO_TRANSFORM = "no transform"
-MOST_GAPS, LONGEST_NAME = 16, 60
+MOST_GAPS = 16
+LONGEST_NAME = 60
 """Gaps that are told by name, and the characters of a name."""
 
 

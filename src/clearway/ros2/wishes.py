@@ -14,9 +14,13 @@ from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.link.own_motion import OwnMotion
 from clearway.ros2.parameters import NodeParameters
 
-NO_VELOCITY, NO_PLACE, NO_YAW_RATE = 0x038, 0x007, 0x800
+NO_VELOCITY = 0x038
+NO_PLACE = 0x007
+NO_YAW_RATE = 0x800
 """Bits of mavros_msgs/PositionTarget that leave it out."""
-LOCAL_NED, BODY_NED, BODY_OFFSET_NED = 1, 8, 9
+LOCAL_NED = 1
+BODY_NED = 8
+BODY_OFFSET_NED = 9
 """Its frames that are read; mavros turns them to z up itself."""
 MOST_PLACES = 1000
 

@@ -54,7 +54,7 @@ class TrueMotion:
         return velocity
 
     def fly(self, movement: Movement) -> Iterator[None]:
-        """Execute one movement, step by step; whoever iterates may stop it in the middle."""
+        """Execute one movement, step by step; the caller may stop it in the middle."""
         self.movements.append(movement.name)
         self.plant.begin(movement)
         yield from self._steps(movement.duration_s)

@@ -1,4 +1,4 @@
-"""Whoever flies in the closed loop: clearway's own system, and the planners it is compared with."""
+"""Pilots in the closed loop: clearway's own system, and the planners it is compared with."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CLEARWAY = "clearway"
 
 
 class Steering(Protocol):
-    """What every decision in flight tells, whoever took it."""
+    """What every decision in flight tells, of any planner."""
 
     @property
     def time_s(self) -> float: ...
@@ -55,7 +55,7 @@ D = TypeVar("D", bound=Steering, covariant=True, default=FlightDecision)
 
 
 class Pilot(Protocol[D]):
-    """What a simulated flight asks of whoever flies; `system.AvoidanceSystem` is one."""
+    """What a simulated flight asks of a pilot; `system.AvoidanceSystem` is one."""
 
     @property
     def planner(self) -> Planner:

@@ -21,7 +21,8 @@ from clearway.base.frames import FloatArray
 from clearway.vehicle.class_table import ClassTable
 from clearway.vehicle.movement import Movement
 
-SHORTEST_S, LONGEST_S = 0.4, 1.0
+SHORTEST_S = 0.4
+LONGEST_S = 1.0
 """Bounds of a movement's time."""
 SPEEDS = 12
 """Steps from rest to the greatest speed, where the bounds of a movement's time allow so few."""
@@ -52,7 +53,8 @@ TUBE_PER_LAG = 1.4
 """Tube per acceleration times the square of the lag: what a tilt that takes time leaves."""
 TUBE_PER_GUST_S = 0.07
 """Tube per m/s of gusts, at rest."""
-TUBE_AT_SPEED_M, TUBE_AT_SPEED_PER_GUST_S = 0.1, 0.13
+TUBE_AT_SPEED_M = 0.1
+TUBE_AT_SPEED_PER_GUST_S = 0.13
 """More of it at the greatest speed, in still air and per m/s of gusts: drag and lift that its loops
 do not know."""
 SLOW_MPS = 10.0

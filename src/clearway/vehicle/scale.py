@@ -14,21 +14,28 @@ import numpy as np
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.performance import WING
 
-MOVEMENT_S, RANGE_M, MARGIN_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 1.5
+MOVEMENT_S = 1.0
+RANGE_M = 10.0
+MARGIN_M = 0.6
+REACH_RADIUS_M = 1.5
 """Of the paper's vehicle."""
 MOST_LATERAL_MPS2 = WING.turn_mps2
 """Acceleration across in a turn, of a bank of 30 degrees: a fast vehicle takes longer to turn."""
-RANGE_MOVEMENTS, RANGE_TURNS, RANGE_STOPS = 10.0, 2.6, 2.0
+RANGE_MOVEMENTS = 10.0
+RANGE_TURNS = 2.6
+RANGE_STOPS = 2.0
 """The range in movements, in turning radii, and in stopping distances of what has inertia."""
 MOST_MOVEMENTS = 100
 """Movements that may fit in a range: more make trees that nobody needs."""
 MARGIN_MOVEMENTS = 0.4
 """The margin of what changes its course at once; a tube that grows with speed has its own."""
-REACH_MOVEMENTS, REACH_TURNS = 1.5, 0.39
+REACH_MOVEMENTS = 1.5
+REACH_TURNS = 0.39
 """The reach radius in movements and in turning radii; inertia brakes for a waypoint instead."""
 VOXEL_OF_MARGIN = 5.0 / 12.0
 """Width of a voxel of free space, as a share of the margin, where the range allows it."""
-MEMORY_REACH, MEMORY_VOXEL = 1.5, 0.2
+MEMORY_REACH = 1.5
+MEMORY_VOXEL = 0.2
 """How far away returns are remembered, in ranges of the grid; their voxels, in margins."""
 PER_M = 1000.0
 """Lengths are whole millimetres."""

@@ -271,7 +271,7 @@ class FallBack:
         """Escapes that begin now, the surest first.
 
         One that was verified with all that the vehicle may be off, and holds no more from where it
-        is off, leads through less that nobody has seen than any that is not verified at all. Of
+        is off, leads through less unobserved space than any that is not verified at all. Of
         those that drift even one that lasts for seconds does: meanwhile the next may be found.
         """
         ways, in_hand = self.ways, self.held is not None and self.held.certain

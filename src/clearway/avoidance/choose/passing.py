@@ -29,7 +29,8 @@ from clearway.base.rounding import SURELY
 from clearway.base.state import BoolArray
 from clearway.reach.tree import ReachSet
 
-SIDE, STEADILY = "side of passing", "steady passing"
+SIDE = "side of passing"
+STEADILY = "steady passing"
 LEAST_ASIDE_M = 1e-6
 """Ways that lead nearer than this to an intruder's place are on no side of it."""
 STEADY_COS = 0.5

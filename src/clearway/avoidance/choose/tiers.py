@@ -19,7 +19,10 @@ from clearway.base.brief import brief
 from clearway.base.compiled import compiled
 from clearway.obstacles.obstacle import Shapes
 
-RATED, VERIFIED, AGAINST_RULES, NO_LOITER = range(4)
+RATED = 0
+VERIFIED = 1
+AGAINST_RULES = 2
+NO_LOITER = 3
 """Tiers, in the order in which verification looks at them."""
 
 

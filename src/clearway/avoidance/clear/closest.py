@@ -26,8 +26,21 @@ MANY = 64
 # Rows of the chords of movements: where one begins, how fast it is flown, from when and how long;
 # of the nearest on them: distance squared, time and what lies between; how far along a side that
 # is, and how far in all.
-CHORD_X, CHORD_Y, CHORD_Z, SPEED_X, SPEED_Y, SPEED_Z, BEGUN, LASTS = range(8)
-GAP2, WHEN, ASIDE_X, ASIDE_Y, ASIDE_Z, ALONG, APART = range(7)
+CHORD_X = 0
+CHORD_Y = 1
+CHORD_Z = 2
+SPEED_X = 3
+SPEED_Y = 4
+SPEED_Z = 5
+BEGUN = 6
+LASTS = 7
+GAP2 = 0
+WHEN = 1
+ASIDE_X = 2
+ASIDE_Y = 3
+ASIDE_Z = 4
+ALONG = 5
+APART = 6
 
 
 @compiled

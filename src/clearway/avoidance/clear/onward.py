@@ -124,7 +124,7 @@ def clear_standing(
     moving: MovingHazards,
     margin: float,
 ) -> Bools:
-    """[n] whether whoever stands at places [n, 3] from a time [n] until another keeps a margin.
+    """[n] whether a vehicle at places [n, 3] from a time [n] until another keeps a margin.
 
     lacking: [n] by how much the vehicle may be nearer than its place.
     """

@@ -99,7 +99,7 @@ class KnownClearances:
 
     def at(self, hazards: Hazards, margin_m: float) -> FloatArray:
         """[nodes, 3] (clearance, cause, index) of movements, exact below a margin; nan through
-        unobserved space. Whoever looks fills in."""
+        unobserved space. The caller that looks fills it in."""
         key = hazards, margin_m
         if key not in self._known:
             self._known[key] = np.full((len(self.paths.parent), 3), np.nan)

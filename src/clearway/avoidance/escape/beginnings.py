@@ -14,7 +14,9 @@ from clearway.base.compiled import compiled
 from clearway.reach.escapes.legs import Legs
 from clearway.reach.escapes.ways import Ways
 
-UNKNOWN, KEEPS, FAILS = 0, 1, 2
+UNDECIDED = 0
+KEEPS = 1
+FAILS = 2
 Known = npt.NDArray[np.int8]
 """Of each, whether it is UNKNOWN, KEEPS what is asked, or FAILS."""
 
@@ -146,7 +148,7 @@ def put(begin: int, ways: Ways, legs: Legs, begun: Begun) -> None:
     poses, times, posed, up = begun.poses, begun.times_s, begun.posed, begun.up
     end, count, before = legs.path.shape[2] - 1, 0, begin
     # `_note_up_to`, written out: the call takes a sixth of a search among a thousand shapes.
-    while posed[before] == UNKNOWN:
+    while posed[before] == UNDECIDED:
         up[count] = before
         count += 1
         before = ways.parent[before]
@@ -179,7 +181,7 @@ def begin_was_seen(
     """Whether a beginning may be flown, and leads through seen space where that is asked for, but
     for as many metres as may lead elsewhere."""
     poses, times = begun.poses, begun.times_s
-    if begun.posed[begin] == UNKNOWN:
+    if begun.posed[begin] == UNDECIDED:
         put(begin, ways, legs, begun)
     for n in range(_note_up_to(begin, ways, seen, begun.up) - 1, -1, -1):
         b = begun.up[n]
@@ -207,7 +209,7 @@ def begin_keeps_margin(
 ) -> bool:
     """Whether a beginning keeps the margin."""
     poses, times = begun.poses, begun.times_s
-    if begun.posed[begin] == UNKNOWN:
+    if begun.posed[begin] == UNDECIDED:
         put(begin, ways, legs, begun)
     for n in range(_note_up_to(begin, ways, clear, begun.up) - 1, -1, -1):
         b = begun.up[n]
@@ -226,7 +228,7 @@ def _note_up_to(begin: int, ways: Ways, state: Int8s, up: Ints) -> int:
     """Fill in a beginning and those before it of which nothing is known yet, the first one last;
     returns how many."""
     count, b = 0, begin
-    while state[b] == UNKNOWN:
+    while state[b] == UNDECIDED:
         up[count] = b
         count += 1
         b = ways.parent[b]

@@ -337,7 +337,7 @@ class WaysOut:
         self, there: State, start_s: float, *, aloof: bool
     ) -> tuple[WayOut | None, bool]:
         """The escape from where something ends that is no movement, so long from now, and whether
-        it is aloof: keeps the whole margin from unobserved space as well.
+        it stands off: keeps the whole margin from unobserved space as well.
 
         aloof: such a one is looked for first; otherwise the first is taken that will do.
         """

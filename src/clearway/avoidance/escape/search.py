@@ -7,7 +7,7 @@ import numpy as np
 from clearway.avoidance.escape.beginnings import (
     FAILS,
     KEEPS,
-    UNKNOWN,
+    UNDECIDED,
     Begun,
     Tips,
     begin_at,
@@ -94,7 +94,7 @@ def first_escape(
     the best of a few; -1 if none is safe.
 
     What is quick to find out is looked at first, and what does not depend on the distance once. Of
-    beginnings whose ends nobody has seen, no loop is looked at.
+    beginnings with unobserved ends, no loop is looked at.
     """
     count, escapes = len(ways.parent), len(ways.begins)
     begun = begin_at(pose, start_s, tips, terms)
@@ -146,7 +146,7 @@ def first_escape(
                     continue
             if not begin_keeps_margin(begin, ways, legs, begun, clear, terms, chain.leg):
                 continue
-            if cleared[escape] == UNKNOWN:
+            if cleared[escape] == UNDECIDED:
                 keeps = chain_keeps_margin(movements, legs, terms, chain)
                 cleared[escape] = KEEPS if keeps else FAILS
             if cleared[escape] == FAILS:
@@ -202,7 +202,7 @@ def _first_seen(
         begin, first = ways.begins[e], e
         if steps < 0:  # Else `first_wide` has done both.
             place_beginning(begin, ways, legs, begun, wind)
-            if seen[begin] == UNKNOWN:
+            if seen[begin] == UNDECIDED:
                 if seen[ways.parent[begin]] == FAILS:
                     seen[begin] = FAILS
                 else:
@@ -244,8 +244,8 @@ def _first_clear(
     e, escapes = escape, len(ways.begins)
     while e < escapes:
         begin = ways.begins[e]
-        if clear[begin] == UNKNOWN:
-            if begun.posed[begin] == UNKNOWN:
+        if clear[begin] == UNDECIDED:
+            if begun.posed[begin] == UNDECIDED:
                 put(begin, ways, legs, begun)
             then, when = begun.poses[begin], begun.times_s[begin]
             beyond = clear[ways.parent[begin]] == FAILS
@@ -286,7 +286,7 @@ def _first_loop_seen(
     begin, e = begins[escape], escape
     in_cells, within_m = near.looked[0] == FILLED, NEARLY * terms.margin_m
     most = begun.most_missing - begun.missing[begin]
-    if in_cells and begun.posed[begin] == UNKNOWN:
+    if in_cells and begun.posed[begin] == UNDECIDED:
         put(begin, ways, legs, begun)
     placed, pose, start_s = begun.placed[begin], begun.poses[begin], begun.times_s[begin]
     x, y, z, cosine, sine = placed[0], placed[1], placed[2], placed[3], placed[4]
@@ -294,7 +294,7 @@ def _first_loop_seen(
         if met[e] != FAILS and cleared[e] != FAILS:
             loop = ways.loop[e]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
-            if met[e] == UNKNOWN:
+            if met[e] == UNDECIDED:
                 met[e] = KEEPS  # What fails without a radius fails at any distance.
                 missing = most
                 for n in range(first, last if space.window[14] == 0.0 else first):
@@ -337,7 +337,7 @@ def _first_loop_clear(
     begin, e = begins[escape], escape
     pose, when = begun.poses[begin], begun.times_s[begin]
     while e < len(begins) and begins[e] == begin:
-        if met[e] == UNKNOWN and cleared[e] != FAILS:
+        if met[e] == UNDECIDED and cleared[e] != FAILS:
             loop = ways.loop[e]
             first, last = ways.loop_at[loop], ways.loop_at[loop + 1]
             is_clear = _is_clear_of_returns(places, first, last, pose, when, terms, near)

@@ -12,7 +12,8 @@ from clearway.avoidance.escape.places import NEARLY
 from clearway.base.arrays import Floats, Floats2, Ints, UInt8s3
 from clearway.base.compiled import compiled
 
-ACROSS, UPWARDS = 128, 64
+ACROSS = 128
+UPWARDS = 64
 """Cells along both level axes, and along the vertical one."""
 WIDTH = 0.4
 """Of a cell, in margins."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.avoidance.escape.beginnings import FAILS, UNKNOWN, Begun
+from clearway.avoidance.escape.beginnings import FAILS, UNDECIDED, Begun
 from clearway.avoidance.escape.legs import EscapeTerms
 from clearway.base.arrays import Floats, Floats2, Int8s, Ints, UInt64s2, UInt64s3
 from clearway.base.compiled import compiled
@@ -21,8 +21,10 @@ MOST = 2
 """Voxels that are looked at on either side."""
 OFTEN = 600
 """So many loops are looked at at one decision before this is worth filling in."""
-FILLED, NONE = -1, -1
-ALONG, ALL = float(np.sqrt(1.5**2 + 2.0 * 0.5**2)), 1.5 * float(np.sqrt(3.0))
+FILLED = -1
+NONE = -1
+ALONG = float(np.sqrt(1.5**2 + 2.0 * 0.5**2))
+ALL = 1.5 * float(np.sqrt(3.0))
 """Voxels from any place to the farthest middle of those beside its own voxel along the axes, and of
 all about it; to the middles of those within two along the axes it is no farther."""
 STEP_SPARE = 1e-3
@@ -105,7 +107,7 @@ def first_wide(
     beside2, e = beside * beside, np.uint64(escape)
     while e < escapes:
         begin = np.uint64(begins[e])
-        if seen[begin] == UNKNOWN and seen[parent[begin]] == FAILS:
+        if seen[begin] == UNDECIDED and seen[parent[begin]] == FAILS:
             seen[begin] = FAILS
         if seen[begin] == FAILS or clear[begin] == FAILS:
             while e < escapes and np.uint64(begins[e]) == begin:
@@ -121,7 +123,7 @@ def first_wide(
         x = placed[begin, 0] * per_m - low_x
         y = placed[begin, 1] * per_m - low_y
         z = placed[begin, 2] * per_m - low_z
-        if seen[begin] == UNKNOWN:
+        if seen[begin] == UNDECIDED:
             is_missing = _is_missing(x, y, z, level, voxels, wide, free, window)
             if is_missing:
                 dx, dy, dz = x - from_x, y - from_y, z - from_z

@@ -27,7 +27,8 @@ from clearway.vehicle.performance import Performance
 HEADINGS = 72
 _HEADINGS_RAD = wrap_angle(2.0 * np.pi * np.arange(HEADINGS) / HEADINGS)
 _ASCENDING = np.argsort(_HEADINGS_RAD)
-CLIMBS, SPEEDS = 31, 21
+CLIMBS = 31
+SPEEDS = 21
 RECOVERY_SHARES = tuple(np.linspace(0.9, 0.1, 9).tolist())
 """Of what lies between the outermost volume and the innermost; the largest free share counts."""
 

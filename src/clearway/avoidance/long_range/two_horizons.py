@@ -36,7 +36,8 @@ from clearway.traffic.tracking.smooth import CLIMBS_MPS, TURNS_RPS
 from clearway.traffic.volumes.volume import VolumeSet
 from clearway.vehicle.performance import Performance
 
-RISK, BEGUN = "long-range risk", "side and sense begun"
+RISK = "long-range risk"
+BEGUN = "side and sense begun"
 LEVEL_MPS = 0.1
 """Slower climbs are none."""
 WAVERS_S = 3.0

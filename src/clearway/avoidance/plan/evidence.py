@@ -1,6 +1,6 @@
 """From what is known to evidence per cell, and to what trajectories must keep clear of.
 
-Whoever looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
+All that looks at a moment gathers here: a decision, a scene, news of a plan, a rival.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ from clearway.sensors import inflate_points as coated_by_points
 from clearway.traffic import IntruderCells, VehicleTimes, assess_intruders, combine_intruders
 from clearway.traffic.models.many import MANOEUVRE, Intruders
 
-NO_SHAPES, NOTHING_MOVING = no_shapes(), nothing_moving()
+NO_SHAPES = no_shapes()
+NOTHING_MOVING = nothing_moving()
 NOBODY_NEAR = Intruders.of(())
 THINNING = 0.1
 """Voxels in which points are merged before verification, as a share of the margin."""

@@ -12,7 +12,8 @@ from clearway.base.state import BoolArray
 from clearway.obstacles.obstacle import Shapes
 
 TOLERANCE_M = 1e-6
-WIDE_M, THICK_M = 1e5, 100.0
+WIDE_M = 1e5
+THICK_M = 100.0
 """Of the ground under a floor: wider than any way leads."""
 
 

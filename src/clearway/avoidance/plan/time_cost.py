@@ -24,15 +24,20 @@ from clearway.vehicle.class_table import ClassTable
 
 ARRIVAL_MPS = 0.8
 """Speed at which a vehicle may still come to its last goal: it brakes within the reach radius."""
-TOO_SLOW, TOO_FAST = 0.35, 0.7
+TOO_SLOW = 0.35
+TOO_FAST = 0.7
 """How much speed counts that is lacking at an end, and that is too much, beside what it takes to
 turn. Lacking speed counts for less than it takes to gain: else a plan waits to start at its end."""
 EFFORT_S = 0.15
 """Time that a movement's effort counts as, times the cost weight of turns."""
-CLIMBING, CHANGES_CLIMB, TURNS, CHANGES = 0.7, 1.0, 0.5, 0.3
+CLIMBING = 0.7
+CHANGES_CLIMB = 1.0
+TURNS = 0.5
+CHANGES = 0.3
 """Effort of a movement that climbs, that changes its rate of climb, of its widest turn, and of one
 unlike the movement before it."""
-STEEP, STEEP_S = 0.36, 0.3
+STEEP = 0.36
+STEEP_S = 0.3
 """Slope from which a movement leads out of what most sensors see, and the time that it counts as
 longer: a copter that rises as it starts has nothing seen about it to brake in."""
 HEIGHT = 0.6
@@ -42,7 +47,8 @@ above and below was seen less well than what is ahead."""
 LATE = 0.5
 """Weight of the mean over the ends of a chain's movements beside that of its end: of two that end
 alike, the one that gets on first is better. What is put off is put off at every decision."""
-LOOK_M, LOOKS = 1.0, 6
+LOOK_M = 1.0
+LOOKS = 6
 """Metres between the places at which the way on is looked at, and how many there are."""
 NO_WAY_S = 1e2
 """Added where no way is known: somewhere else there may be one."""

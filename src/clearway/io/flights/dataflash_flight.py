@@ -25,7 +25,8 @@ from clearway.io.poses.ulog import ENU_FROM_NED, FRD_FROM_FLU
 from clearway.io.traffic.dataflash import MAGIC, MICROSECOND_S, LoggedRow, read_logged_rows
 from clearway.io.what_file import what_file
 
-ESTIMATES, WINDS = ("XKF1", "NKF1"), ("XKF2", "NKF2")
+ESTIMATES = ("XKF1", "NKF1")
+WINDS = ("XKF2", "NKF2")
 SECTORS_DEG = (0, 45, 90, 135, 180, 225, 270, 315)
 """Clockwise from the nose."""
 DISTANCES = tuple(f"D{degrees}" for degrees in SECTORS_DEG)
@@ -38,7 +39,8 @@ FIELDS = {
 }
 GOOD = 2.0
 """Health of a proximity sensor that works."""
-CRASH_CHECK, CRASHED = 12.0, (1.0, 2.0)
+CRASH_CHECK = 12.0
+CRASHED = (1.0, 2.0)
 """Subsystem of ERR, and its codes for a crash and for lost control."""
 Values = dict[str, float | None]
 

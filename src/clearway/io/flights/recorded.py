@@ -1,4 +1,4 @@
-"""A recorded flight, whoever logged it: its way, the readings of its sensors, and its end."""
+"""A recorded flight of any logger: its way, the readings of its sensors, and its end."""
 
 from __future__ import annotations
 

@@ -19,7 +19,8 @@ from clearway.io.flights.recorded import (
 )
 from clearway.io.poses.ulog import MICROSECOND_S, read_topics, read_ulog, utc_shift
 
-DISTANCES, WINDS = "obstacle_distance", ("wind", "wind_estimate")
+DISTANCES = "obstacle_distance"
+WINDS = ("wind", "wind_estimate")
 BINS = 72
 UNKNOWN_CM = 65_535
 CENTIMETRE_M = 0.01

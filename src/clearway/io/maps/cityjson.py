@@ -40,7 +40,8 @@ STEP_M = 2.0
 """Surfaces whose heights differ by less share a top."""
 STANDS_M = 1.0
 """What is no higher above an object's lowest point is the ground."""
-FARTHEST_M, HIGHEST_M = 1e8, 1e5
+FARTHEST_M = 1e8
+HIGHEST_M = 1e5
 """Coordinates of projected systems, and heights, are smaller."""
 FINEST_LOD = 2.9
 """Windows and door knobs of finer models are left to the LiDAR."""

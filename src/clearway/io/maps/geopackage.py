@@ -15,7 +15,8 @@ from clearway.io.maps.rectangles import shapely_or_refuse
 from clearway.io.maps.vector_features import VectorRow, vector_map
 from clearway.io.sqlite_file import INTERRUPTED, open_sqlite, query_rows
 
-MAGIC, HEAD = b"GP", 8
+MAGIC = b"GP"
+HEAD = 8
 ENVELOPES = (0, 32, 48, 48, 64)
 """Bytes, by three bits of the head's flags."""
 DAMAGED = "geometry that cannot be read"

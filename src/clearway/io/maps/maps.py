@@ -86,7 +86,7 @@ class MapFile:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing at all is left of it: whoever flies with it flies without a map."""
+        """Whether nothing at all is left of it: a flight with it is one without a map."""
         return not (self.obstacles or self.floor or self.keep_out)
 
     @property

@@ -20,7 +20,8 @@ from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap, Polygon
 
 STOREY_M = 4.0
 """More than most are high."""
-STOREYS, ROOF = "building:levels", "roof:levels"
+STOREYS = "building:levels"
+ROOF = "roof:levels"
 STANDS = ("building", "building:part")
 MAN_MADE = (
     "mast", "tower", "chimney", "silo", "storage_tank", "water_tower", "communications_tower",

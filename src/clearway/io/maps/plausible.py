@@ -9,10 +9,12 @@ import numpy as np
 from clearway.base.errors import InputError
 from clearway.io.maps.map_features import Disc, MapFeature, ParsedMap
 
-LOWEST_M, HIGHEST_M = -500.0, 9_000.0
+LOWEST_GROUND_M = -500.0
+HIGHEST_GROUND_M = 9_000.0
 """Of the ground, above sea level: the shore of the Dead Sea lies at -430 m, Everest at 8,849 m.
 Many rasters write -9999, -32768 or 3.4e38 for no ground, unsaid."""
-DEEPEST_M, TOP_M = -1_000.0, 100_000.0
+DEEPEST_M = -1_000.0
+TOP_M = 100_000.0
 """Feet and tops of features, above whatever they are above: fill values such as -9999 and numbers
 in a wrong unit lie outside, cellars and unlimited zones inside."""
 LARGEST_RADIUS_M = 1e6
@@ -26,7 +28,7 @@ def feature_problem(feature: MapFeature, *, stands: bool = True) -> str | None:
     """Why a feature cannot be of this Earth; comparisons hold for NaN and infinities too.
 
     stands: on the ground, unlike a zone of the air. One that begins above all ground would hang in
-    the air, out of the way of whoever flies into it.
+    the air, out of the way of aircraft there.
     """
     for end, height in (("foot", feature.low), ("top", feature.high)):
         if not DEEPEST_M <= height.value_m <= TOP_M:
@@ -34,10 +36,10 @@ def feature_problem(feature: MapFeature, *, stands: bool = True) -> str | None:
                 f"{end} {height.value_m:g} m above {height.above} is not within "
                 f"{DEEPEST_M:g} to {TOP_M:g} m"
             )
-    if stands and feature.low.above != "ground" and feature.low.value_m > HIGHEST_M:
+    if stands and feature.low.above != "ground" and feature.low.value_m > HIGHEST_GROUND_M:
         return (
             f"foot {feature.low.value_m:g} m above {feature.low.above} is higher than any ground, "
-            f"{HIGHEST_M:g} m"
+            f"{HIGHEST_GROUND_M:g} m"
         )
     outline = feature.outline
     if isinstance(outline, Disc):

@@ -17,7 +17,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M, US_SURVEY_FOOT_M
 from clearway.io.maps.coordinates import Projection, projection
 from clearway.io.maps.map_features import ParsedMap
-from clearway.io.maps.plausible import HIGHEST_M, LOWEST_M
+from clearway.io.maps.plausible import HIGHEST_GROUND_M, LOWEST_GROUND_M
 from clearway.io.maps.terrain import Terrain
 
 ROWS_AT_ONCE = 256
@@ -54,7 +54,8 @@ class Tile(NamedTuple):
     """What heights are above, where the format says so."""
 
 
-HGT, DTED = Tile("SRTMHGT", "above sea level (EGM96)"), Tile("DTED", "above sea level (EGM96)")
+HGT = Tile("SRTMHGT", "above sea level (EGM96)")
+DTED = Tile("DTED", "above sea level (EGM96)")
 TILES = {".hgt": HGT, ".dt0": DTED, ".dt1": DTED, ".dt2": DTED}
 """Any other suffix is a GeoTIFF."""
 HGT_NAME = re.compile(r"[NS]\d\d[EW]\d\d\d\..*", re.IGNORECASE)
@@ -246,13 +247,14 @@ def _ground(path: Path, heights: FloatArray, metres: float) -> tuple[FloatArray,
         heights *= metres
     empty = ~np.isfinite(heights)
     with np.errstate(invalid="ignore"):
-        beyond = ~empty & ~((heights >= LOWEST_M) & (heights <= HIGHEST_M))
+        beyond = ~empty & ~((heights >= LOWEST_GROUND_M) & (heights <= HIGHEST_GROUND_M))
     heights[empty | beyond] = np.nan
     if np.isnan(heights).all():
         raise InputError(str(path), "no sample with a height in it")
+    valid = f"{LOWEST_GROUND_M:g} to {HIGHEST_GROUND_M:g} m"
     found = {
         "sample without data": int(empty.sum()),
-        f"sample that is no height of ground ({LOWEST_M:g} to {HIGHEST_M:g} m)": int(beyond.sum()),
+        f"sample that is no height of ground ({valid})": int(beyond.sum()),
     }
     return heights, {reason: count for reason, count in found.items() if count}
 

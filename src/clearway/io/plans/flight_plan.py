@@ -29,7 +29,9 @@ from clearway.vehicle.scale import scale_of
 DEFAULT_SPEED_MPS = 5.0
 NOISE = {"sigma_m": 0.03, "dropout": 0.05}
 """Of the sensor of a plan, as of the examples."""
-FENCE_DEPTH_M, FENCE_HEIGHT_M, WALL_M = 500.0, 5_000.0, 1.0
+FENCE_DEPTH_M = 500.0
+FENCE_HEIGHT_M = 5_000.0
+WALL_M = 1.0
 NO_HOME = Geodetic(0.0, 0.0, 0.0)
 """Of a plan that does not set its home."""
 

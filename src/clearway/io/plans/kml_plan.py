@@ -24,7 +24,8 @@ from clearway.io.xml_tree import Element, parse_xml
 MOST_BYTES = 40_000_000
 """Of a document, unpacked."""
 MOST_MEMBERS = 10_000
-WAYLINES, TEMPLATE = "waylines.wpml", "template.kml"
+WAYLINES = "waylines.wpml"
+TEMPLATE = "template.kml"
 ABOVE: dict[str, Literal["sea level", "ground"]] = {
     "absolute": "sea level",
     "relativeToGround": "ground",

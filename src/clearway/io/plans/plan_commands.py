@@ -26,9 +26,16 @@ LOITERING = (17, 18, 19, 31)
 UNLIMITED = 17
 """Nothing after this loiter is flown."""
 BENT = {36: "arc to a waypoint, flown straight", 82: "spline to a waypoint, flown straight"}
-DELAY, CHANGE_SPEED = 93, 178
-DO_JUMP, JUMP_TAG, DO_JUMP_TAG = 177, 600, 601
-FENCE_INSIDE, FENCE_OUTSIDE, CIRCLE_INSIDE, CIRCLE_OUTSIDE, RALLY = 5001, 5002, 5003, 5004, 5100
+DELAY = 93
+CHANGE_SPEED = 178
+DO_JUMP = 177
+JUMP_TAG = 600
+DO_JUMP_TAG = 601
+FENCE_INSIDE = 5001
+FENCE_OUTSIDE = 5002
+CIRCLE_INSIDE = 5003
+CIRCLE_OUTSIDE = 5004
+RALLY = 5100
 FENCE_AND_RALLY_ITEMS = range(5000, 5101)
 """Items of fence and rally files."""
 NAMES: Mapping[int, str] = {

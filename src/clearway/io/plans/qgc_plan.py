@@ -15,7 +15,8 @@ from clearway.io.plans.plan_items import FRAMES, Entry, ItemsRead, Position, rea
 from clearway.io.plans.plan_limits import Fence, polygon_fence, round_fence
 from clearway.io.toml import parse_model, refuse_many
 
-FIXED_WING, PX4 = 1, 12
+FIXED_WING = 1
+PX4 = 12
 """MAV_TYPE of vehicleType, MAV_AUTOPILOT of firmwareType."""
 LAND = 21
 

@@ -21,7 +21,9 @@ ROLES = (
 """What a column is called here, by how others name it: TUM, EuRoC, ROS."""
 MOST_RAD = 1e6
 """Larger angles are none."""
-PLACE, QUATERNION, ANGLES = ("x", "y", "z"), ("qw", "qx", "qy", "qz"), ("roll", "pitch", "yaw")
+PLACE = ("x", "y", "z")
+QUATERNION = ("qw", "qx", "qy", "qz")
+ANGLES = ("roll", "pitch", "yaw")
 
 
 class PoseColumns(NamedTuple):

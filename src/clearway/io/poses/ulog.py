@@ -28,11 +28,16 @@ FORM = "ULog of PX4"
 MAGIC = b"ULog\x01\x12\x35"
 OWN = "own"
 """Address under which the vehicle's own positions are listed."""
-HEADER_BYTES, MESSAGE_HEAD = 16, 3
+HEADER_BYTES = 16
+MESSAGE_HEAD = 3
 MICROSECOND_S = 1e-6
 ENU_FROM_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 FRD_FROM_FLU = np.diag([1.0, -1.0, -1.0])
-VALID_PLACE, VALID_ALTITUDE, VALID_HEADING, VALID_VELOCITY, VALID_CALLSIGN = 1, 2, 4, 8, 16
+VALID_PLACE = 1
+VALID_ALTITUDE = 2
+VALID_HEADING = 4
+VALID_VELOCITY = 8
+VALID_CALLSIGN = 16
 """Flags of transponder_report, as of MAVLink's ADSB_VEHICLE."""
 PRESSURE_ALTITUDE = 0
 FIX_3D = 3

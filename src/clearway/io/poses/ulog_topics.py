@@ -11,8 +11,10 @@ from clearway.io.foreign_errors import damage_told
 
 LOADED_APART = ("pyulog",)
 """Before a reader is forked, see `io.readers`."""
-READ_OVER, READ_MORE_BYTES = 20, 10_000_000
-CALLS_A_BYTE, CALLS_MORE = 3, 1_000
+READ_OVER = 20
+READ_MORE_BYTES = 10_000_000
+CALLS_A_BYTE = 3
+CALLS_MORE = 1_000
 """How much pyulog may read, and how often, of a log of so many bytes: where one is damaged it looks
 for where it goes on, byte by byte, and at the end of some it does so for ever."""
 

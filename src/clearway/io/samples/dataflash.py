@@ -11,10 +11,15 @@ import numpy as np
 from clearway.io.samples.encounter import BEGIN_S, LATITUDE, LONGITUDE, METRES_A_DEGREE, rows
 from clearway.io.samples.made_world import SPEED_MPS
 
-HEAD, FMT = b"\xa3\x95", 128
+HEAD = b"\xa3\x95"
+FMT = 128
 BOOT_US = 5_000_000
-GPS_EPOCH_S, WEEK_S, LEAP_S = 315_964_800, 604_800, 18
-GROUND_M, GEOID_M, PRESSURE_PA = 100.0, 48.0, 99_891.7
+GPS_EPOCH_S = 315_964_800
+WEEK_S = 604_800
+LEAP_S = 18
+GROUND_M = 100.0
+GEOID_M = 48.0
+PRESSURE_PA = 99_891.7
 MESSAGES = {
     # Name: number, its characters, struct's, columns.
     "FMT": (FMT, "BBnNZ", "<BB4s16s64s", "Type,Length,Name,Format,Columns"),

@@ -8,11 +8,14 @@ from typing import NamedTuple
 
 BEGIN_S = 1_767_268_800.0
 """2026-01-01T12:00:00Z."""
-LASTS_S, CLOSEST_S = 120, 60.0
-LATITUDE, LONGITUDE = 50.0, 8.0
+LASTS_S = 120
+CLOSEST_S = 60.0
+LATITUDE = 50.0
+LONGITUDE = 8.0
 """Where they meet."""
 METRES_A_DEGREE = 111_195.0
-KNOT_MPS, FOOT_M = 0.514444, 0.3048
+KNOT_MPS = 0.514444
+FOOT_M = 0.3048
 
 
 class LightAircraft(NamedTuple):

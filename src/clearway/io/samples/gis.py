@@ -18,7 +18,8 @@ from clearway.io.samples.maps import CORNER_M, GROUND_M, MASTS
 HOUSES = (("house", 0.0, 0.0, 14.0, 9.0), ("hall", 40.0, 10.0, 25.0, 16.0))
 """Name, metres east and north of the corner, side, height."""
 EPSG = 25832
-APPLICATION, VERSION = 0x47504B47, 10300
+APPLICATION = 0x47504B47
+VERSION = 10300
 """What SQLite says of a GeoPackage 1.3."""
 TABLES = """
 CREATE TABLE gpkg_spatial_ref_sys (srs_name TEXT NOT NULL, srs_id INTEGER PRIMARY KEY,

@@ -11,9 +11,13 @@ import numpy as np
 
 from clearway.io.samples.made_world import FARTHEST_M, place_at, ranges_m
 
-SCANS, PERIOD_S = 3, 0.1
-LIDAR_PORT, IMU_PORT = 7502, 7503
-PCAP_HEAD, RECORD_HEAD, ETHERNET_HEAD = 24, 16, 14
+SCANS = 3
+PERIOD_S = 0.1
+LIDAR_PORT = 7502
+IMU_PORT = 7503
+PCAP_HEAD = 24
+RECORD_HEAD = 16
+ETHERNET_HEAD = 14
 BEGIN_S = 1_767_225_600
 """2026-01-01T00:00:00Z."""
 

@@ -15,7 +15,9 @@ HOME = (LATITUDE, LONGITUDE, 100.0)
 WAYPOINTS = ((0.0, 0.00025), (0.00015, 0.00025))
 """North and east of home, in degrees."""
 HEIGHT_M = 30.0
-TAKE_OFF, WAYPOINT, RELATIVE = 22, 16, 3
+TAKE_OFF = 22
+WAYPOINT = 16
+RELATIVE = 3
 GEOID_M = 48.0
 """Height of the sea level above the ellipsoid, about there."""
 XML = '<?xml version="1.0" encoding="UTF-8"?>\n'

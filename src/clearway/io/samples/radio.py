@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from clearway.io.samples.encounter import AIRCRAFT, Row, rows
-from clearway.io.traffic.gdl90 import ESCAPE, FLAG, TURNED, compute_gdl90_crc
+from clearway.io.traffic.gdl90 import ESCAPE_BYTE, FLAG, TURNED, compute_gdl90_crc
 
-TWENTY_FOUR, TWELVE = 1 << 24, 1 << 12
-AIRBORNE_TRUE_TRACK, GOOD_POSITION = 9, 0xA9
+TWENTY_FOUR = 1 << 24
+TWELVE = 1 << 12
+AIRBORNE_TRUE_TRACK = 9
+GOOD_POSITION = 0xA9
 
 
 def write_gdl90(path: Path, rng: np.random.Generator) -> None:
@@ -61,7 +63,7 @@ def _frame(message: bytes) -> bytes:
     """Between flags, with its checksum, flags in it turned."""
     told = message + compute_gdl90_crc(message).to_bytes(2, "little")
     turned = b"".join(
-        bytes((ESCAPE, byte ^ TURNED)) if byte in (FLAG, ESCAPE) else bytes((byte,))
+        bytes((ESCAPE_BYTE, byte ^ TURNED)) if byte in (FLAG, ESCAPE_BYTE) else bytes((byte,))
         for byte in told
     )
     return bytes((FLAG,)) + turned + bytes((FLAG,))

@@ -10,12 +10,17 @@ import numpy as np
 
 from clearway.io.samples.made_world import SPEED_MPS, place_at, sweep
 
-POINTS, ODOMETRY = "/front/points", "/odom"
-COMMANDS, MOUNTING = "/cmd_vel_in", "/tf_static"
-COMMANDED_FROM_M, COMMANDED_S, COMMAND_S = 10.0, 3.5, 0.1
+POINTS = "/front/points"
+ODOMETRY = "/odom"
+COMMANDS = "/cmd_vel_in"
+MOUNTING = "/tf_static"
+COMMANDED_FROM_M = 10.0
+COMMANDED_S = 3.5
+COMMAND_S = 0.1
 """Of the recording in which somebody commands: where it begins, ahead of the house, how long it is,
 and how often a command comes."""
-SCANS, PERIOD_S = 6, 0.5
+SCANS = 6
+PERIOD_S = 0.5
 BEGIN_S = 1_767_225_600
 """2026-01-01T00:00:00Z."""
 LIVOX = {

@@ -13,7 +13,8 @@ from clearway.base.state import IntArray
 from clearway.io.samples.made_world import BOXES_M, place_at, sweep
 
 HERE = np.zeros(3)
-SCANS, PERIOD_S = 6, 0.5
+SCANS = 6
+PERIOD_S = 0.5
 SURVEY_ORIGIN_M = (500_000.0, 5_500_000.0, 100.0)
 CAMERA_FROM_LIDAR = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 """A camera looks along z, with x to the right and y down."""

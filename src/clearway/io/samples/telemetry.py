@@ -24,7 +24,8 @@ from clearway.io.samples.made_world import SPEED_MPS
 HEARD = 1 | 2 | 4 | 8 | 16
 """Place, altitude, heading, velocity and callsign are valid."""
 GROUND_MM = 100_000
-DRONE, DRONE_MPS = b"\x60\x60\x1f\x00\x00\x01", 8.0
+DRONE = b"\x60\x60\x1f\x00\x00\x01"
+DRONE_MPS = 8.0
 """The address that it sends from."""
 
 

@@ -26,8 +26,10 @@ from clearway.io.scans.pointcloud import PointCloud, clean_cloud
 from clearway.io.scans.timed_scans import NO_POSES, ScanSequence, TimedScan
 from clearway.io.scans.velodyne import VelodyneDecoder
 
-CLOUD2, CLOUD = "sensor_msgs/msg/PointCloud2", "sensor_msgs/msg/PointCloud"
-PACKETS, VOXELS = "velodyne_msgs/msg/VelodyneScan", "planning_ros_msgs/msg/VoxelMap"
+CLOUD2 = "sensor_msgs/msg/PointCloud2"
+CLOUD = "sensor_msgs/msg/PointCloud"
+PACKETS = "velodyne_msgs/msg/VelodyneScan"
+VOXELS = "planning_ros_msgs/msg/VoxelMap"
 SCANS = (CLOUD2, CLOUD, PACKETS, *LIVOX)
 LOOKED_AT = 100
 """Messages in search of a sound one."""

@@ -20,7 +20,9 @@ TYPES = tuple(
     f"{package}/msg/CustomMsg"
     for package in ("livox_ros_driver", "livox_ros_driver2", "livox_interfaces")
 )
-POINT_BYTES, ALIGNED_BYTES, PLACE_AT = 19, 20, 4
+POINT_BYTES = 19
+ALIGNED_BYTES = 20
+PLACE_AT = 4
 """In ROS 1 points follow one another, in CDR each begins at a multiple of four."""
 BEFORE_COUNT = 16
 """From `timebase` to the number of points."""

@@ -24,7 +24,8 @@ from clearway.sensors.beams.estimate import ROUNDED_UP
 
 RANGES_M = {"OS-0": (0.3, 75.0), "OS-1": (0.5, 200.0), "OS-2": (1.0, 400.0), "OS-D": (0.3, 75.0)}
 """Nearest and farthest by product line, after the maker's data sheets."""
-PCAP_HEAD, RECORD_HEAD = 24, 16
+PCAP_HEAD = 24
+RECORD_HEAD = 16
 LITTLE_MAGIC = (b"\xd4\xc3\xb2\xa1", b"\x4d\x3c\xb2\xa1")
 
 

@@ -15,7 +15,8 @@ from clearway.io.scans.pointcloud import PointCloud
 LEVEL_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 LARGEST_RATIO = 100
 """LZF packs no more than 264 bytes into 3."""
-MOST_BYTES, MOST_OF_PACKED = 64_000_000, 6
+MOST_BYTES = 64_000_000
+MOST_OF_PACKED = 6
 """Unpacked, of a small file and for each byte of a larger one: real returns pack to a half or so,
 and points take several times as much memory."""
 TOLD_LINES = 5

@@ -9,7 +9,8 @@ from clearway.base.errors import InputError
 from clearway.io.scans.pointcloud import PointCloud, with_points
 from clearway.io.scans.timed_scans import At, ScanSequence, TimedScan, scan_at
 
-DAMAGED, EMPTY = "damaged", "without a point"
+DAMAGED = "damaged"
+EMPTY = "without a point"
 LONGEST = 200
 """Characters of what is wrong with one scan."""
 

@@ -27,7 +27,8 @@ CALIBRATIONS = {
 
 PACKET_BYTES = 1206
 """The library ends the process on a scan without packets, and reads this many of each."""
-BLOCKS, BLOCK_BYTES = 12, 100
+BLOCKS = 12
+BLOCK_BYTES = 100
 """Of a packet; each begins with two marks and its azimuth in hundredths of a degree, clockwise."""
 LOST_RAD = np.radians(5.0)
 """A wider step in azimuth is lost packets. One packet spans 2 to 5 deg, and drivers cut sweeps

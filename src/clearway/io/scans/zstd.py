@@ -12,7 +12,8 @@ SUFFIX = ".zstd"
 MAGIC = b"\x28\xb5\x2f\xfd"
 """Messages packed one by one begin so, serialised ones never."""
 MOST_MESSAGE_BYTES = 500_000_000
-MOST_FILE_BYTES, MOST_RATIO = 1_000_000_000, 50
+MOST_FILE_BYTES = 1_000_000_000
+MOST_RATIO = 50
 """Unpacked, of a small file and for each byte of a larger one: scans shrink to a third at best."""
 PIECE_BYTES = 1 << 20
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)

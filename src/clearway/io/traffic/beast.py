@@ -14,7 +14,10 @@ FORM = "Beast"
 ESCAPE = b"\x1a"
 HEAD_BYTES = 7
 """Six of time and one of signal strength, after the type."""
-MODE_AC, STATE, POSITION, NAME = 0x31, 0x34, 0x35, 0xE3
+MODE_AC = 0x31
+STATE = 0x34
+POSITION = 0x35
+NAME = 0xE3
 BODY_BYTES = {
     MODE_AC: HEAD_BYTES + 2,
     0x32: HEAD_BYTES + 7,

@@ -10,9 +10,9 @@ from clearway.base.units import FOOT_M, KNOT_MPS
 from clearway.io.traffic.traffic_rows import (
     DAMAGED,
     FASTEST_READ_MPS,
-    HIGHEST_M,
+    HIGHEST_FLIGHT_M,
     IMPOSSIBLE,
-    LOWEST_M,
+    LOWEST_FLIGHT_M,
     NO_POSITION,
     Sieve,
 )
@@ -29,7 +29,8 @@ LARGEST_MACH = 1.0
 GAS_CONSTANT = 287.05287
 """Of air, J/(kg K)."""
 TROPOPAUSE_M = 11_000.0
-AIR_LOWEST_M, AIR_HIGHEST_M = -1_000.0, 20_000.0
+AIR_LOWEST_M = -1_000.0
+AIR_HIGHEST_M = 20_000.0
 """Between these the standard atmosphere is known here."""
 FASTEST_KT = 2_000.0
 
@@ -89,7 +90,10 @@ def _take(place: int, words: list[str], time_s: float, sieve: Sieve) -> None:
         return
     speed = _speed_mps(numbers[4], altitude or 0.0)
     # A script that says so is wrong as a whole: no receiver was mistaken here.
-    if not LOWEST_M <= (altitude or 0.0) <= HIGHEST_M or not (speed or 0.0) <= FASTEST_READ_MPS:
+    if (
+        not LOWEST_FLIGHT_M <= (altitude or 0.0) <= HIGHEST_FLIGHT_M
+        or not (speed or 0.0) <= FASTEST_READ_MPS
+    ):
         sieve.drop(IMPOSSIBLE)
         return
     sieve.take(

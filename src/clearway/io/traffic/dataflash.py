@@ -34,7 +34,9 @@ WEEK_S = 604_800.0
 MICROSECOND_S = 1e-6
 FRESH_S = 2.0
 """For how long a pressure and an undulation go with positions."""
-SEA_LEVEL_PA, LAPSE_M, EXPONENT = 101_325.0, 44_330.77, 0.190263
+SEA_LEVEL_PA = 101_325.0
+LAPSE_M = 44_330.77
+EXPONENT = 0.190263
 """Of the standard atmosphere."""
 FIELDS = {
     "GPS": ("TimeUS", "I", "Status", "GMS", "GWk", "Lat", "Lng", "Alt", "Spd", "GCrs", "VZ"),

@@ -21,19 +21,32 @@ from clearway.traffic.recorded.report import (
 )
 
 FORM = "GDL 90"
-FLAG, ESCAPE, TURNED = 0x7E, 0x7D, 0x20
-HEARTBEAT, OWN, OWN_GEOMETRIC, OTHER = 0, 10, 11, 20
+FLAG = 0x7E
+ESCAPE_BYTE = 0x7D
+TURNED = 0x20
+HEARTBEAT = 0
+OWN = 10
+OWN_GEOMETRIC = 11
+OTHER = 20
 LENGTHS = {HEARTBEAT: 7, OWN: 28, OWN_GEOMETRIC: 5, OTHER: 28}
 LONGEST = 1_024
 """Of a frame; uplinks of weather have 436 bytes."""
-ICAO_KINDS, TISB_KINDS, NO_AIRCRAFT = (0, 2), (2, 3), 5
+ICAO_KINDS = (0, 2)
+TISB_KINDS = (2, 3)
+NO_AIRCRAFT = 5
 """Address types: given out by a state; told by a radar; a beacon on the ground."""
-DEGREES, FEET = 180.0 / 2**23, 25.0
-DAY_S, HALF_DAY_S = 86_400.0, 43_200.0
-NO_ALTITUDE, NO_SPEED, NO_CLIMB = 0xFFF, 0xFFF, 0x800
-CLIMB_FPM, TURN_DEG = 64.0, 360.0 / 256.0
+DEGREES = 180.0 / 2**23
+FEET = 25.0
+DAY_S = 86_400.0
+HALF_DAY_S = 43_200.0
+NO_ALTITUDE = 0xFFF
+NO_SPEED = 0xFFF
+NO_CLIMB = 0x800
+CLIMB_FPM = 64.0
+TURN_DEG = 360.0 / 256.0
 GEOMETRIC_FT = 5.0
-AIRBORNE, TRUE_TRACK = 8, 1
+AIRBORNE = 8
+TRUE_TRACK = 1
 BEACON = "beacon on the ground"
 
 
@@ -112,7 +125,7 @@ def _check(frame: bytes) -> bytes | None:
         return None
     plain, turned = bytearray(), False
     for byte in frame:
-        if byte == ESCAPE and not turned:
+        if byte == ESCAPE_BYTE and not turned:
             turned = True
             continue
         plain.append(byte ^ TURNED if turned else byte)

@@ -17,12 +17,20 @@ from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS, KNOT_MPS
 from clearway.io.traffic.traffic_rows import ON_GROUND, Altitude, Sieve, clean_text
 from clearway.traffic.recorded.report import NOT_ICAO, Source, TrafficReport
 
-SHORT_BYTES, LONG_BYTES = 7, 14
-ALL_CALL, SQUITTER, RELAYED = 11, 17, 18
+SHORT_BYTES = 7
+LONG_BYTES = 14
+ALL_CALL = 11
+SQUITTER = 17
+RELAYED = 18
 """Downlink formats whose checksum is open; in all others the address is folded into it."""
 REPLIES = (0, 4, 5, 16, 20, 21)
 """To interrogations, of altitude, identity and registers; none tells a position."""
-UNKNOWN, WRONG, REPLY, ACQUISITION, STATUS, TELLING = range(6)
+UNKNOWN = 0
+WRONG = 1
+REPLY = 2
+ACQUISITION = 3
+STATUS = 4
+TELLING = 5
 """What a frame is."""
 GENERATOR = 0xFFF409
 """Of the checksum of 24 bits (ICAO Annex 10, volume IV)."""

@@ -41,8 +41,10 @@ HEAD = re.compile(
     re.MULTILINE,
 )
 """A line with a place."""
-ICAO, NOT_TRACKED = 1, 0x40
-DAY_S, HALF_DAY_S = 86_400.0, 43_200.0
+ICAO = 1
+NOT_TRACKED = 0x40
+DAY_S = 86_400.0
+HALF_DAY_S = 43_200.0
 FINER_DEG = 0.001 / 60.0
 MOST_LINE = 2_000
 

@@ -21,10 +21,20 @@ from clearway.io.traffic.traffic_rows import (
 from clearway.traffic.recorded.report import TrafficRecording, TrafficReport
 
 FORM = "BaseStation"
-MOST_FIELDS, LEAST_FIELDS = 22, 16
-KIND, ADDRESS, DATE, TIME, CALLSIGN, ALTITUDE, SPEED, TRACK, LATITUDE, LONGITUDE, RATE, GROUND = (
-    1, 4, 6, 7, 10, 11, 12, 13, 14, 15, 16, 21
-)  # fmt: skip
+MOST_FIELDS = 22
+LEAST_FIELDS = 16
+KIND = 1
+ADDRESS = 4
+DATE = 6
+TIME = 7
+CALLSIGN = 10
+ALTITUDE = 11
+SPEED = 12
+TRACK = 13
+LATITUDE = 14
+LONGITUDE = 15
+RATE = 16
+GROUND = 21
 OTHER = {"SEL": "selection", "ID": "new callsign", "AIR": "new aircraft", "STA": "status",
          "CLK": "clock"}  # fmt: skip
 

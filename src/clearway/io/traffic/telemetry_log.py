@@ -23,12 +23,19 @@ FORM = "telemetry log of MAVLink (.tlog)"
 RECORD = re.compile(rb"\0[\4-\7].{6}[\xfd\xfe]", re.DOTALL)
 """Microseconds since 1970, from 2005 to 2041, and the first byte of a frame."""
 TIME = struct.Struct(">Q")
-V2, SIGNED, SIGNATURE = 0xFD, 1, 13
+V2 = 0xFD
+SIGNED = 1
+SIGNATURE = 13
 HEAD = {0xFD: 12, 0xFE: 8}
 """Bytes of a frame besides its payload."""
 OWN = "own"
-VALID_PLACE, VALID_ALTITUDE, VALID_HEADING, VALID_VELOCITY, VALID_CALLSIGN = 1, 2, 4, 8, 16
-PRESSURE, FIX_3D = 0, 3
+VALID_PLACE = 1
+VALID_ALTITUDE = 2
+VALID_HEADING = 4
+VALID_VELOCITY = 8
+VALID_CALLSIGN = 16
+PRESSURE = 0
+FIX_3D = 3
 
 
 def read_telemetry_log(source: str, content: bytes) -> TrafficRecording:

@@ -8,7 +8,8 @@ TICK_HZ = 12_000_000
 COUNTS = 2**48
 NANOSECOND_BITS = 30
 """Of a GPS time: nanoseconds below, seconds of the day above."""
-NANOSECONDS, DAY_NS = 1_000_000_000, 86_400_000_000_000
+NANOSECONDS = 1_000_000_000
+DAY_NS = 86_400_000_000_000
 LATE_S = 60
 """Receivers pass on frames late by up to this; what goes back further was started anew."""
 PAUSE_S = 3_600

@@ -12,9 +12,11 @@ from clearway.io.what_file import what_content
 from clearway.traffic.recorded.report import TrafficRecording
 
 GZIP = b"\x1f\x8b"
-FIRST_PIECE, LARGEST_PIECE = 256, 1 << 20
+FIRST_PIECE = 256
+LARGEST_PIECE = 1 << 20
 """Bytes of a gzip member that are unpacked at once: a file may be of many, of 20 bytes each."""
-MOST_BYTES, MOST_RATIO = 40_000_000, 4
+MOST_BYTES = 40_000_000
+MOST_RATIO = 4
 """Unpacked, of a small file and for each byte of a larger one: reading takes twenty times as much
 memory, and a small file may unpack to more than there is."""
 

@@ -22,7 +22,8 @@ from clearway.traffic.recorded.report import (
     TrafficReport,
 )
 
-LOWEST_M, HIGHEST_M = -1_000.0, 40_000.0
+LOWEST_FLIGHT_M = -1_000.0
+HIGHEST_FLIGHT_M = 40_000.0
 LATEST_S = 5e10
 """Sixteen centuries from 1970, either way: what calendars can tell."""
 FASTEST_READ_MPS = 1_200.0
@@ -67,7 +68,7 @@ class Sieve:
             self.notes.append(place)
 
     def cut_off(self, place: str) -> None:
-        """The last message, of which the end is missing: whoever stops a recorder leaves one."""
+        """The last message, of which the end is missing: a recorder that is stopped leaves one."""
         self.drop(CUT_OFF)
         self.notes.append(f"truncated: {place}; left out, all before it was read")
 
@@ -182,9 +183,9 @@ def _impossible_fields(report: TrafficReport) -> list[str]:
         report.ground_speed_mps, report.vertical_rate_mps, report.track_rad,
     )  # fmt: skip
     found = []
-    if altitude_m is not None and not LOWEST_M <= altitude_m <= HIGHEST_M:
+    if altitude_m is not None and not LOWEST_FLIGHT_M <= altitude_m <= HIGHEST_FLIGHT_M:
         found.append("altitude_m")
-    if geometric_m is not None and not LOWEST_M <= geometric_m <= HIGHEST_M:
+    if geometric_m is not None and not LOWEST_FLIGHT_M <= geometric_m <= HIGHEST_FLIGHT_M:
         found.append("geometric_altitude_m")
     if speed_mps is not None and not 0.0 <= speed_mps <= FASTEST_READ_MPS:
         found.append("ground_speed_mps")

@@ -28,7 +28,8 @@ from clearway.sensors.passing.sightings import (
 )
 from clearway.traffic import Intruder
 
-CONSISTENT, STILL_CONSISTENT = 2.0, 9.0
+CONSISTENT = 2.0
+STILL_CONSISTENT = 9.0
 """Mean square of the residuals, in variances, up to which a straight track is believed: of what may
 be a dynamic object, and of one that is known and may turn."""
 AS_WIDE = 0.75

@@ -13,7 +13,8 @@ from statistics import median
 
 import numpy as np
 
-SET_BACK, LEAPT = "clock: set back", "clock: leapt ahead"
+SET_BACK = "clock: set back"
+LEAPT = "clock: leapt ahead"
 LONGEST_SILENCE_S = 30.0
 """A longer leap is a clock's: nobody leaves a vehicle in flight unasked for longer."""
 STRIDES = 8

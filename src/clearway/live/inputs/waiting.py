@@ -11,7 +11,8 @@ from clearway.base.state import State
 from clearway.live.inputs.readings import TIME_TOLERANCE_S, Reading
 from clearway.sensors import Scan
 
-MOST_SCANS, MOST_OTHERS = 32, 512
+MOST_SCANS = 32
+MOST_OTHERS = 512
 """Kept until the next question; with more, they tell the time themselves."""
 
 

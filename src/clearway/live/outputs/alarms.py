@@ -31,7 +31,8 @@ LEVEL_DEG = 1.0
 MOST_FALSE = 0.01
 """Share of beams with false returns, above which an alarm is raised."""
 
-MOST_SCATTER, TIMES_STATED = 0.25, 2.0
+MOST_SCATTER = 0.25
+TIMES_STATED = 2.0
 """By which the own position scatters, in margins and in what is stated, without an alarm."""
 
 

@@ -17,7 +17,8 @@ from clearway.live.mission import Mission
 from clearway.sensors import AnySensor, Lidar
 from clearway.vehicle.automaton import MovementAutomaton
 
-LEAST_REACH, LEAST_REACH_TURNING = 0.5, 0.125
+LEAST_REACH = 0.5
+LEAST_REACH_TURNING = 0.125
 """Movements, and turning radii, within which waypoints are hit as a rule. They count as reached
 wherever the vehicle is within the radius, in the middle of a movement too, so what matters is how
 close the ways lie that it can fly. Of flights to six waypoints in open space, 14 of 15 of planes of

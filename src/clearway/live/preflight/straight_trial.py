@@ -32,7 +32,8 @@ SETTLED = 6
 """Movements in a row that must have an escape."""
 MOST_TRIED = 200
 """Movements of one trial."""
-STARTS, FIRSTS = 24, 2
+STARTS = 24
+FIRSTS = 2
 """Places within a voxel, each with a heading, from which a vehicle that can stop has to leave; and
 first movements from each, in turn, that must lead on."""
 SPARES = (0.0, 0.25, 0.5)

@@ -28,11 +28,14 @@ EARLY = 0.8
 """Share of that, after which there is time for it between decisions."""
 GIVEN_UP = 4.0
 """Full circles' worth of ways that came to nothing along the best way, for it to be none."""
-STAYS, TRIES = 4.0, 2.0
+STAYS = 4.0
+TRIES = 2.0
 """Full circles' time for which who has no way stays in a place that is known to be safe, and then
 tries ways once more; after each such time it stays twice as long, since flying about is never as
 safe."""
-MISSED, CIRCLED, RUN_UP = 2.0, 1.5, 2.0
+MISSED = 2.0
+CIRCLED = 1.5
+RUN_UP = 2.0
 """Turning radii within which a goal that does not come nearer is circled; and full circles' time
 after which it is come to from elsewhere, and after which a way there has come to nothing."""
 STRAIGHT = 1.25

@@ -18,7 +18,8 @@ from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Progress
 from clearway.live.recovery.dead_end import MISSED, full_circle, straight_again
 
-PATIENCE, LONGEST = 1.5, 10.0
+PATIENCE = 1.5
+LONGEST = 10.0
 """Full circles' time without success after which the other way is tried, and without the goal
 coming nearer though ways to it did."""
 

@@ -19,7 +19,8 @@ from clearway.live.routing.field.cell_prices import (
 )
 from clearway.live.routing.field.route_levels import is_covered
 
-LEAST, MOST = 2.5, 8.0
+LEAST = 2.5
+MOST = 8.0
 """Turning radii from the goal at which a run-up begins."""
 CLIMBS = 0.25
 """Metres that a run-up rises or sinks at most by the metre."""

@@ -1,4 +1,4 @@
-"""Proof that a place is walled in: no way out keeps the margin, whatever lies farther away."""
+"""Proof that a place is walled in: no way out of it keeps the margin, however far things are."""
 
 from __future__ import annotations
 

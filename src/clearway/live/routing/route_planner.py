@@ -46,7 +46,8 @@ SLACK = 1.25
 as near to the target as the vehicle, 2 for one straight away from it."""
 LONGER = 1.2
 """Times the time to go of the last field up to which a way is looked for first."""
-ALONG, ALONG_LAYERED = 96, 64
+ALONG = 96
+ALONG_LAYERED = 64
 """Cells along a side of each level, where these have one layer and where they have more."""
 MOST_LAYERS = 5
 """Layers at most, which then lie farther apart: time marches through all of them."""

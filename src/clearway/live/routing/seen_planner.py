@@ -31,21 +31,25 @@ from clearway.live.routing.field.seen_marking import mark_seen
 from clearway.live.routing.route_planner import LONGER, RoutePlanner, RouteSettings
 from clearway.sensors.observed.seen_space import SeenSpace
 
-NO_ROOM_TO_TURN, HARDLY_ROOM = 3.0, 9.0
+NO_ROOM_TO_TURN = 3.0
+HARDLY_ROOM = 9.0
 """Cost of a metre with no room beside the margin to turn, and with none to turn half as wide."""
 NARROW = (1.25, 1.5)
 """The same cost weights where the mission allows narrow places."""
-TALL, TALL_FINE = 100.0, 200.0
+TALL = 100.0
+TALL_FINE = 200.0
 """Cost of a metre that nobody has seen above or below what stands, for who turns in much room and
 for others: most of it stands on."""
-MOST, MOST_FINE = 1000.0, 60.0
+MOST = 1000.0
+MOST_FINE = 60.0
 """Cost of a metre at most, when a way is looked for, for who turns in much room and for others: who
 can stop may look, but not for longer than it takes to fly back out of a room."""
 FAR = 60.0
 """Cost of a metre where cells that are not of the finest are closed, if no way is found else."""
 IN_VAIN = 1.0
 """Added to a metre's cost for every time that a way there came no nearer to it."""
-IN_VAIN_MARGINS, SPENT_MARGINS = 5.0, 10.0
+IN_VAIN_MARGINS = 5.0
+SPENT_MARGINS = 10.0
 """Margins about the end of a way that came to nothing, at least, and about a place that was tried,
 in which a metre costs more."""
 NEARER = 0.5

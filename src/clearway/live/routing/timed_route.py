@@ -27,7 +27,8 @@ from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.scale import VOXEL_OF_MARGIN
 
-OF_MARGIN, OF_TURN = 0.5, 0.25
+OF_MARGIN = 0.5
+OF_TURN = 0.25
 """Edge of the finest cells, in margins, and in turning radii where these are more."""
 MOST = 0.9
 """Share of the movements from rest that the margin of ways round suffices for: where none of them
@@ -36,11 +37,13 @@ BESIDE_M = 3.0
 """How far above and below the heights of the mission ways round are looked for, at least."""
 LAYERS_BY_WAYS = 14
 """Layers at most where ways alone are made, now and then."""
-OF_NARROW_TURN, OF_WIDE_TURN = 0.27, 0.43
+OF_NARROW_TURN = 0.27
+OF_WIDE_TURN = 0.43
 """Edge of cells that are known to be seen or not, in turning radii, for who may fly through narrow
 places and for others: walls of which beams show little have no gaps then, and one of 1.2 turning
 radii is seen however cells lie."""
-OF_SEEN, SEEN_LAYERS = 1.67, 13
+OF_SEEN = 1.67
+SEEN_LAYERS = 13
 """The same in margins, for who turns on the spot, and layers of such cells at most: an odd number
 has one at the height of a level mission."""
 NEAR = 2.6

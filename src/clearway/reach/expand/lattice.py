@@ -26,7 +26,8 @@ MOST_MOVEMENTS = 100
 """Movements of a trajectory: grids that need more are wrong by a unit, most likely."""
 APART_RAD = 1e-12
 """Start pitches by which reach sets of classes of motion are distinguished; all begin level."""
-FEWEST_STANDING, MOST_STANDING = 3, 12
+FEWEST_STANDING = 3
+MOST_STANDING = 12
 """Movements that a trajectory may stand for."""
 
 

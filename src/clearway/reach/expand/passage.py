@@ -42,7 +42,9 @@ ROOTS_PER_BORDER = 32
 DEEPEST = 64
 """Intervals that wait at most: two for each halving down to the narrowest."""
 
-RANGE, AZIMUTH, ELEVATION = 0, 1, 2
+RANGE = 0
+AZIMUTH = 1
+ELEVATION = 2
 
 
 class CellBorders(NamedTuple):

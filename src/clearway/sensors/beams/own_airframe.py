@@ -16,7 +16,8 @@ NEAR_M = 1.0
 it; a vehicle that stands itself has walls about it farther away."""
 FAR_M = 1.5
 """How far out its end is looked for."""
-STEP_M, THIN_SHARE = 0.1, 0.02
+STEP_M = 0.1
+THIN_SHARE = 0.02
 """It ends where a step further out adds less than this share of it."""
 MANY_SHARE = 0.1
 """Of a scan: legs and arms are in no more of it."""

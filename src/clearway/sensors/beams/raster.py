@@ -17,7 +17,8 @@ from clearway.base.state import BoolArray
 from clearway.sensors.beams.binning import TINY
 from clearway.sensors.beams.pattern import BeamPattern
 
-MAX_COLUMNS, MAX_ROWS = 2048, 1024
+MAX_COLUMNS = 2048
+MAX_ROWS = 1024
 BLOCK = 512
 """Returns at a time: what is worked out about them stays in the fastest cache."""
 

@@ -20,7 +20,7 @@ import numpy as np
 from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.compiled import compiled
 from clearway.sensors.beams.raster import BLOCK, BeamRaster, sort_into_bins
-from clearway.sensors.memory.remembered import ALONE, Boxes, level_at
+from clearway.sensors.memory.remembered import LONE, Boxes, level_at
 from clearway.sensors.passing.passed_points import REACH_OF_BEAM, Sensor, goes_on, in_sensor
 
 SAME = 1.05
@@ -160,7 +160,7 @@ def _weigh_against(
 ) -> float:
     """What a sweep says against one box, which it may have hit again; at: where it is in the room
     of its block."""
-    lone = boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE and boxes.sweeps[n] == 1
+    lone = boxes.size_m[n] == 0.0 and boxes.kind[n] == LONE and boxes.sweeps[n] == 1
     if hit and not lone:
         return 0.0
     distance, size = room.distance_m[at], boxes.size_m[n]

@@ -24,7 +24,7 @@ from clearway.sensors.beams.raster import beam_raster, directions_of
 from clearway.sensors.memory.bounded import Limits
 from clearway.sensors.memory.doubt import RAIN, THINNEST_M, DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
-    ALONE,
+    LONE,
     Balls,
     Boxes,
     Pitch,
@@ -49,7 +49,8 @@ OFF_LINE = 0.5
 """Of a voxel, by which returns may lie off a wire, beside noise."""
 RATE_KEPT = 0.8
 """Of the averages of returns that nothing bears out, from sweep to sweep."""
-POURS, BORNE_OUT = 1.0, 0.5
+POURS = 1.0
+BORNE_OUT = 0.5
 """Lone returns proven false a sweep, and how many for each of them may be seen again, from where on
 a lone return is more likely a drop than a thing: then a second sweep has to see it."""
 
@@ -177,7 +178,7 @@ class PointMemory:
         is_sifted = self.sifted_from_s < np.inf
         if not (is_sifted or self.pours):
             return self.balls
-        waits = (self.boxes.sweeps == 1) & (self.boxes.kind == ALONE) & (self.boxes.size_m == 0.0)
+        waits = (self.boxes.sweeps == 1) & (self.boxes.kind == LONE) & (self.boxes.size_m == 0.0)
         if is_sifted:
             waits &= self.boxes.last_seen_s < self.sifted_from_s
         return Balls(self.position_m[~waits], self.radius_m[~waits])

@@ -15,7 +15,9 @@ from clearway.base.arrays import Bools, Floats, Floats2, Ints
 from clearway.base.compiled import compiled
 from clearway.sensors.passing.passed_points import Sensor
 
-ALONE, IN_LINE, BETWEEN = range(3)
+LONE = 0
+IN_LINE = 1
+BETWEEN = 2
 """Kinds: a return as such; one of several in a line; filled in between two of those."""
 MOST_LEVELS = 7
 """Times that the pitch may double; eight levels fit into a key."""
@@ -196,7 +198,7 @@ def unite(target: Boxes, m: int, other: Boxes, n: int) -> None:
         target.high_m[m, axis] = max(target.high_m[m, axis], other.high_m[n, axis])
     target.size_m[m] = max(target.size_m[m], other.size_m[n])
     # A return right where a line was filled in belongs to that line.
-    target.kind[m] = ALONE if target.kind[m] == ALONE and other.kind[n] == ALONE else IN_LINE
+    target.kind[m] = LONE if target.kind[m] == LONE and other.kind[n] == LONE else IN_LINE
 
 
 @compiled

@@ -59,7 +59,8 @@ NEVER_M = -1e9
 """How far to the side another return may lie of what is none."""
 RATE_KEPT = 0.8
 """Of the averages, from sweep to sweep."""
-RAINS, DRY = 3e-4, 1e-4
+RAINS = 3e-4
+DRY = 1e-4
 """Shares of the beams that return alone where the sweep before saw that nothing stands: from the
 first on returns wait, until there are fewer than the second."""
 SURE_SWEEPS = 5

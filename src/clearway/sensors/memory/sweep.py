@@ -10,7 +10,7 @@ from clearway.sensors.beams.raster import BeamRaster, directions_of, nearest_ret
 from clearway.sensors.memory.bounded import Limits, Room, fits, make_room
 from clearway.sensors.memory.doubt import DoubtRule, doubts
 from clearway.sensors.memory.remembered import (
-    ALONE,
+    LONE,
     Balls,
     Boxes,
     Pitch,
@@ -127,7 +127,7 @@ def _count_refuted(boxes: Boxes, doubt: Floats) -> int:
     """Boxes that nothing bore out and that are cleared now."""
     count = 0
     for n in range(len(doubt)):
-        lone = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0 and boxes.kind[n] == ALONE
+        lone = boxes.sweeps[n] == 1 and boxes.size_m[n] == 0.0 and boxes.kind[n] == LONE
         count += lone and doubt[n] >= 1.0
     return count
 
@@ -138,5 +138,5 @@ def _count_bare(boxes: Boxes, first_new: int, sweeps: int) -> int:
     count = 0
     for n in range(first_new, len(boxes.doubt)):
         bare = boxes.sweeps[n] == sweeps and boxes.size_m[n] == 0.0
-        count += bare and boxes.kind[n] == ALONE
+        count += bare and boxes.kind[n] == LONE
     return count

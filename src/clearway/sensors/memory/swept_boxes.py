@@ -15,8 +15,8 @@ import numpy.typing as npt
 from clearway.base.arrays import Floats, Floats2, Int32s, Ints
 from clearway.base.compiled import compiled
 from clearway.sensors.memory.remembered import (
-    ALONE,
     LEVEL_SHIFT,
+    LONE,
     Boxes,
     Pitch,
     box_key,
@@ -26,7 +26,8 @@ from clearway.sensors.memory.remembered import (
 )
 from clearway.sensors.voxels import first_slot
 
-SMALLEST_TABLE, GROWTH = 12, 2
+SMALLEST_TABLE = 12
+GROWTH = 2
 """Bits of the table of voxels that a sweep begins with, and those that it grows by: while it is
 small it stays in the fastest cache."""
 MOST_FULL = 4
@@ -81,7 +82,7 @@ def number_boxes(
     boxes.last_seen_s[:] = time_s
     boxes.doubt[:] = 0.0
     boxes.sweeps[:] = 1
-    boxes.kind[:] = ALONE
+    boxes.kind[:] = LONE
     boxes.level[:] = table.keys >> LEVEL_SHIFT
     return boxes, table
 

@@ -12,7 +12,7 @@ import numpy as np
 from clearway.base.arrays import Floats, Int16s
 from clearway.base.compiled import compiled
 from clearway.sensors.observed.seen_space import SeenSpace, is_free
-from clearway.sensors.observed.view_shape import COLUMNS, FARTHEST, ROWS, SIN_HALF
+from clearway.sensors.observed.view_shape import FARTHEST, IMAGE_COLUMNS, IMAGE_ROWS, SIN_HALF
 from clearway.sensors.passing.passed_points import Sensor
 
 BLOCK = 8
@@ -33,7 +33,7 @@ def hide_unheard(
     o, near = sensor.origin, sensor.min_range
     if is_free(before, o[0], o[1], o[2], near):
         return
-    rows, columns = int(numbers[ROWS]), int(numbers[COLUMNS])
+    rows, columns = int(numbers[IMAGE_ROWS]), int(numbers[IMAGE_COLUMNS])
     wide = min(2.0 * BLOCK * numbers[SIN_HALF], 1.0)
     for i in range(0, rows, BLOCK):
         below = min(i + BLOCK, rows)

@@ -22,13 +22,13 @@ from clearway.sensors.observed.view_shape import (
     AROUND,
     BOTTOM,
     FIRST,
+    IMAGE_COLUMNS,
+    IMAGE_ROWS,
     PER_ROW,
     SIN_GAP,
     SIN_GUARD,
     column_at,
 )
-from clearway.sensors.observed.view_shape import COLUMNS as IMAGE_COLUMNS
-from clearway.sensors.observed.view_shape import ROWS as IMAGE_ROWS
 from clearway.sensors.passing.passed_points import Sensor
 
 HALF_WIDTH = 0.5 * float(np.sqrt(2.0))

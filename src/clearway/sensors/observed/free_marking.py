@@ -9,11 +9,16 @@ from clearway.base.compiled import compiled
 from clearway.sensors.beams.binning import TINY
 from clearway.sensors.observed.free_voxels import EVERY, HALF_DIAGONAL, ONE, WORD, bits_from
 from clearway.sensors.observed.range_views import NONE, RangeViews, may_show, pixel_at
-from clearway.sensors.observed.view_shape import AROUND, COS_GUARD, FARTHEST
-from clearway.sensors.observed.view_shape import COLUMNS as IMAGE_COLUMNS
-from clearway.sensors.observed.view_shape import ROWS as IMAGE_ROWS
+from clearway.sensors.observed.view_shape import (
+    AROUND,
+    COS_GUARD,
+    FARTHEST,
+    IMAGE_COLUMNS,
+    IMAGE_ROWS,
+)
 
-COLUMNS, ROWS = 256, 128
+COLUMNS = 256
+ROWS = 128
 """Voxels of the window along each horizontal axis, and along the vertical: powers of two."""
 ROLL_WITHIN = 8
 """The window follows once the vehicle is off its middle by this part of its width."""

@@ -7,7 +7,7 @@ free (the free spaces of section 3.5), so whatever is not marked here counts as 
 A beam clears what lies before its return, and a beam without return as far as the sensor would
 have seen the darkest target; none clears anything from where the smallest object may hide between
 beams. A place is free if all beams about it go on: one return that got lost among others clears
-nothing behind it, nor does one whose way through the sensor's blind range nobody has seen. Where
+nothing behind it, nor does one whose way through the sensor's blind range is unobserved. Where
 obstacles are declared to be columns, a beam clears what lies above and below it too.
 
 Each scan becomes a range view; the latest and keyframes are asked. Voxels are their index: they
@@ -53,11 +53,13 @@ from clearway.sensors.passing.passed_points import Sensor, sensor_at
 from clearway.sensors.range_sensor import LidarSensor, RangeSensor, find_passed
 
 SHAPE = (COLUMNS, COLUMNS, ROWS)
-MOST_ASKED, MOST_STEPS = 20_000, 48
+MOST_ASKED = 20_000
+MOST_STEPS = 48
 """Voxels that a sensor of one's own is asked about at a sweep, and steps to the farthest one."""
 KEYFRAMES = 64
 """Views that are kept beside the latest."""
-APART_M, APART_OF_REACH = 0.5, 1.0 / 80.0
+APART_M = 0.5
+APART_OF_REACH = 1.0 / 80.0
 """Keyframes stand so far apart at least, or that share of the reach."""
 
 

@@ -19,7 +19,8 @@ VoxelBox = tuple[int, int, int, int, int, int]
 """First and last voxel along each axis."""
 HALF_DIAGONAL = 0.5 * np.sqrt(3.0)
 """Of a voxel, in widths."""
-ONE, EVERY = np.uint64(1), np.uint64(0xFFFF_FFFF_FFFF_FFFF)
+ONE = np.uint64(1)
+EVERY = np.uint64(0xFFFF_FFFF_FFFF_FFFF)
 
 
 NO_VOXELS = np.zeros((1, 1, 1), dtype=np.uint64)

@@ -18,9 +18,9 @@ from clearway.sensors.observed.range_views import (
     raise_pyramid,
 )
 from clearway.sensors.observed.view_shape import (
-    COLUMNS,
+    IMAGE_COLUMNS,
+    IMAGE_ROWS,
     NUMBERS,
-    ROWS,
     ViewShape,
     lay_returns,
     view_shape,
@@ -94,7 +94,7 @@ class KeptViews:
         views = self._of
         shape = self._shapes[int(views.kind[slot])][1]
         stride = len(views.pixels) // len(views.kind)
-        rows, columns = int(shape.numbers[ROWS]), int(shape.numbers[COLUMNS])
+        rows, columns = int(shape.numbers[IMAGE_ROWS]), int(shape.numbers[IMAGE_COLUMNS])
         raise_pyramid(views.pixels[slot * stride : (slot + 1) * stride], rows, columns)
         self._latest[lidar.name] = slot
         self._newest = [slot, *(each for each in self._newest if each != slot)]
@@ -157,7 +157,8 @@ class KeptViews:
         """Make room for another sensor or shape; what is there stays."""
         shapes, before = [shape for _, shape in self._shapes], self._of
         sizes = [
-            pyramid_size(int(each.numbers[ROWS]), int(each.numbers[COLUMNS])) for each in shapes
+            pyramid_size(int(each.numbers[IMAGE_ROWS]), int(each.numbers[IMAGE_COLUMNS]))
+            for each in shapes
         ]
         stride, slots = max(sizes), self._slots
         pixels = np.zeros((slots, stride), dtype=np.int16)

@@ -23,18 +23,18 @@ from clearway.sensors.beams.binning import TINY
 from clearway.sensors.observed.view_shape import (
     AROUND,
     BOTTOM,
-    COLUMNS,
     COS_GAP,
     COS_GUARD,
     COS_HALF,
     FIRST,
+    IMAGE_COLUMNS,
+    IMAGE_ROWS,
     LEFT_X,
     LEFT_Y,
     NUMBERS,
     PER_ROW,
     RIGHT_X,
     RIGHT_Y,
-    ROWS,
     SIN_GAP,
     SIN_GUARD,
     SIN_HALF,
@@ -230,13 +230,13 @@ def may_show(views: RangeViews, slot: int, x: float, y: float, z: float, radius:
     c = pose[v, 2] * dx + pose[v, 5] * dy + pose[v, 8] * dz
     # How far off the cones through the lowest and highest row, and the planes through the sides.
     low = max(numbers[BOTTOM], -1.0)
-    high = min(numbers[BOTTOM] + numbers[ROWS] / numbers[PER_ROW], 1.0)
+    high = min(numbers[BOTTOM] + numbers[IMAGE_ROWS] / numbers[PER_ROW], 1.0)
     level = np.sqrt(a * a + b * b)
     if c * np.sqrt(1.0 - high * high) - level * high > radius:
         return False
     if level * low - c * np.sqrt(1.0 - low * low) > radius:
         return False
-    if numbers[COLUMNS] == numbers[AROUND]:
+    if numbers[IMAGE_COLUMNS] == numbers[AROUND]:
         return True
     right = numbers[RIGHT_X] * b - numbers[RIGHT_Y] * a
     left = numbers[LEFT_Y] * a - numbers[LEFT_X] * b
@@ -248,10 +248,10 @@ def may_show(views: RangeViews, slot: int, x: float, y: float, z: float, radius:
 def pixel_at(numbers: Floats, to: tuple[float, float, float], distance: float) -> int:
     """The pixel of a direction of the sensor's frame; NONE where the image has none."""
     row = int(np.floor((to[2] / distance - numbers[BOTTOM]) * numbers[PER_ROW]))
-    if row < 0 or row >= int(numbers[ROWS]):
+    if row < 0 or row >= int(numbers[IMAGE_ROWS]):
         return NONE
     column = int(column_at(to[0], to[1], numbers[AROUND])) - int(numbers[FIRST])
-    columns = int(numbers[COLUMNS])
+    columns = int(numbers[IMAGE_COLUMNS])
     return NONE if column < 0 or column >= columns else row * columns + column
 
 
@@ -287,7 +287,7 @@ def _is_shown(
     within which pixels must be looked at, and with the guard, within which beams must go on."""
     kind = np.uint64(views.kind[slot])
     numbers = views.numbers[kind]
-    rows, columns, around = int(numbers[ROWS]), int(numbers[COLUMNS]), numbers[AROUND]
+    rows, columns, around = int(numbers[IMAGE_ROWS]), int(numbers[IMAGE_COLUMNS]), numbers[AROUND]
     bottom, per_row, first = numbers[BOTTOM], numbers[PER_ROW], int(numbers[FIRST])
     sine, cosine = aim.sine, aim.cosine
     # Rows: the part of the ball beyond the lowest and highest may lie in what counts as free.
@@ -365,7 +365,7 @@ def _all_go_on(views: RangeViews, slot: int, aim: Aim, box: tuple[int, int, int,
     """Whether all pixels of some rows and columns, as far as they lie about a ball, go on."""
     k0, k1, j0, j1 = box
     kind = np.uint64(views.kind[slot])
-    rows, columns = int(views.numbers[kind, ROWS]), int(views.numbers[kind, COLUMNS])
+    rows, columns = int(views.numbers[kind, IMAGE_ROWS]), int(views.numbers[kind, IMAGE_COLUMNS])
     stride = len(views.pixels) // len(views.kind)
     at, need, k, j = slot * stride, aim.need, (k0 + k1) // 2, (j0 + j1) // 2
     # Most balls that are hidden are so at their middle or at one of their ends.
@@ -398,7 +398,7 @@ def _pixels_go_on(
 ) -> bool:
     """The same of single pixels: those in the corners of the box are not about the ball."""
     kind = np.uint64(views.kind[slot])
-    rows, columns = int(views.numbers[kind, ROWS]), int(views.numbers[kind, COLUMNS])
+    rows, columns = int(views.numbers[kind, IMAGE_ROWS]), int(views.numbers[kind, IMAGE_COLUMNS])
     stride, toward = len(views.pixels) // len(views.kind), views.directions[kind]
     # A pixel's half, and the gap: as near the ball's middle as something seen in it may touch.
     numbers = views.numbers[kind]

@@ -17,7 +17,8 @@ MOST_PIXELS = 100_000
 """Of an image: 64 of them take 17 MB."""
 FINE = 0.5
 """Width of a pixel in beam spacings, where that makes no more pixels than these."""
-HOLE, SCATTERED = 0.75, 1.5
+HOLE = 0.75
+SCATTERED = 1.5
 """Beam spacings from the nearest beam beyond which nothing is looked at: sqrt(2) / 2 in a square,
 more where beams are scattered."""
 WHOLE = 0.9
@@ -31,25 +32,23 @@ EVEN = 2.0 / np.pi - 1.0
 FARTHEST = 32_767
 """Of a pixel, in centimetres: no beam through it returned. Where a pixel is not looked at densely
 enough everywhere, one more than its range stands there with a minus."""
-(
-    ROWS,
-    COLUMNS,
-    AROUND,
-    FIRST,
-    BOTTOM,
-    PER_ROW,
-    SIN_GAP,
-    COS_GAP,
-    SIN_GUARD,
-    COS_GUARD,
-    SIN_HALF,
-    COS_HALF,
-    RIGHT_X,
-    RIGHT_Y,
-    LEFT_X,
-    LEFT_Y,
-    NUMBERS,
-) = range(17)
+IMAGE_ROWS = 0
+IMAGE_COLUMNS = 1
+AROUND = 2
+FIRST = 3
+BOTTOM = 4
+PER_ROW = 5
+SIN_GAP = 6
+COS_GAP = 7
+SIN_GUARD = 8
+COS_GUARD = 9
+SIN_HALF = 10
+COS_HALF = 11
+RIGHT_X = 12
+RIGHT_Y = 13
+LEFT_X = 14
+LEFT_Y = 15
+NUMBERS = 16
 """What stands where in `ViewShape.numbers`: rows and columns of the image, columns of a full circle
 and the number of the image's first, sine at which the first row begins, rows per unit of sine; then
 sine and cosine of the gap: the greatest angle from any direction that is looked at to the nearest
@@ -189,7 +188,7 @@ def _half_diagonal(azimuth: FloatArray, sine: FloatArray) -> float:
 @compiled
 def lay_returns(points: Floats2, short: float, numbers: Floats, image: Int16s) -> None:
     """Note in an image how far beams go on for sure: up to `short` of the nearest return."""
-    rows, columns, around = int(numbers[ROWS]), int(numbers[COLUMNS]), numbers[AROUND]
+    rows, columns, around = int(numbers[IMAGE_ROWS]), int(numbers[IMAGE_COLUMNS]), numbers[AROUND]
     first, bottom, per_row = int(numbers[FIRST]), numbers[BOTTOM], numbers[PER_ROW]
     for n in range(len(points)):
         x, y, z = points[n, 0], points[n, 1], points[n, 2]

@@ -18,7 +18,9 @@ BEAMS_ACROSS = 3.0
 """Beams across a thing from which on no lone return can come from it."""
 Counts = npt.NDArray[np.int32]
 Known = npt.NDArray[np.uint8]
-UNKNOWN, WIDE, NARROW = range(3)
+UNKNOWN = 0
+WIDE = 1
+NARROW = 2
 """Of a bin: not known yet; its return is of a block, or adjoins one at its range; or does not."""
 ALIKE = 0.1
 """Share of the range by which neighbouring returns of one thing may differ in range."""

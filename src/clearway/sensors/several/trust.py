@@ -1,14 +1,14 @@
 """Who is believed when sensors contradict each other where their fields overlap.
 
 A return is *refuted* by another sensor whose beams go on beyond it. That alone does not tell a
-ghost from a sensor that is blind, so two more things count. Whoever is *steady* has seen its own
+ghost from a sensor that is blind, so two more things count. A *steady* sensor has seen its own
 earlier returns again from another place: real things stay where they are, and a fault that travels
 with the vehicle does not. And weights: precision times trust of all that are steady.
 
 - Refuted, not steady, and confirmed by nobody: the sensor itself loses trust. So it does if that
   holds for some of its returns only, verdict after verdict: dirt on a lens, for instance.
 - Refuted by steady sensors that outweigh it and those that confirm it: it loses trust.
-- Refuted, but steady: whoever refuted it without being steady is taken as blind, and loses trust.
+- Refuted, but steady: a sensor that refuted it unsteadily is taken as blind, and loses trust.
 - Refuted by nobody, looked at by others, and steady: it regains trust, up to that of the start.
 - Otherwise nothing is decided, and its returns count: what one believed sensor sees is there.
 
@@ -39,9 +39,11 @@ TOGETHER_S = 1.0
 """Readings further apart in time are not checked against each other."""
 STEADY_S = 10.0
 """For so long after it was found steady a sensor counts as such."""
-LOWERED, RAISED = 0.7, 1.2
+LOWERED = 0.7
+RAISED = 1.2
 """Factors of trust by a verdict against a sensor, and for it."""
-DOUBTED, BELIEVED = 0.3, 0.6
+DOUBTED = 0.3
+BELIEVED = 0.6
 """Shares of the trust at the start: below the first nobody believes, above the second again."""
 MOST_COMPARED = 10_000
 """Returns of another sensor that a dynamic object is looked for among."""

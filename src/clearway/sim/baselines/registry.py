@@ -62,7 +62,7 @@ def _clearway(system: AvoidanceSystem, craft: Craft) -> Pilot[Steering]:
 
 
 def _make_ruled(make: MakeRule) -> MakePilot:
-    """Whoever flies by the rules that `make` makes, one for each craft."""
+    """Make the pilot that flies by the rules that `make` makes, one for each craft."""
     rule_of = lru_cache(maxsize=8)(make)
 
     @wraps(make)

@@ -21,7 +21,8 @@ FILLS = (0.15, 0.2, 0.25, 0.3, 0.35)
 """Shares of cells that are filled before they are smoothed; the seed counts through them."""
 ROUNDS = (2, 3, 4)
 """Rounds of the automaton; the seed counts through them too."""
-TO_WALL, TO_FREE = 5, 1
+TO_WALL = 5
+TO_FREE = 1
 """Of eight neighbours: so many at least make a wall, so many at most free a cell."""
 WAY_M = 10.0
 """From start to goal."""

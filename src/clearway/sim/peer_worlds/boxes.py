@@ -23,7 +23,8 @@ FLOWN_M: Span = (0.7, 2.9)
 ROOMS = (8, 6)
 """Of a small maze, along and across the way."""
 ROOM_M: Span = (2.5, 3.5)
-WALL_M, WALL_TOP_M = 0.2, 4.0
+WALL_M = 0.2
+WALL_TOP_M = 4.0
 
 
 def box_field(seed: int, boxes_per_m2: float = PER_M2) -> MadeWorld:

@@ -16,14 +16,16 @@ from clearway.sim.peer_worlds.cells import ground_under
 from clearway.sim.scripted import ScriptedIntruder
 from clearway.sim.world_parts import MadeWorld, leg, roomy
 
-LOW_M, HIGH_M = (5.0, -6.0, 0.5), (105.0, 6.0, 4.5)
+LOW_M = (5.0, -6.0, 0.5)
+HIGH_M = (105.0, 6.0, 4.5)
 """Corners of the box in which the middles of obstacles are drawn."""
 OBSTACLES = 100
 MOVING = 0.65
 """Share of obstacles that move."""
 UPRIGHT = 0.35
 """Share of those that stand still and are upright; the others lie across the way."""
-LONG_M, THICK_M = 4.0, 0.4
+LONG_M = 4.0
+THICK_M = 0.4
 """Of pillars and bars."""
 BALL_M = 0.5
 """Radius of what moves: balls of the volume of SANDO's cubes of 0.8 m."""

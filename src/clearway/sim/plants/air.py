@@ -15,7 +15,8 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 
 FT = 0.3048
-LEAST_HEIGHT_M, MOST_HEIGHT_M = 10.0 * FT, 1000.0 * FT
+LEAST_HEIGHT_M = 10.0 * FT
+MOST_HEIGHT_M = 1000.0 * FT
 """Between which the low-altitude model holds; beyond, its values at the end are taken."""
 LEAST_AIRSPEED_MPS = 1.0
 """Gusts pass by what hovers as they do by what flies slowly: in still air they would stand."""

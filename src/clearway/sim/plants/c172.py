@@ -31,21 +31,30 @@ from clearway.sim.plants.jsbsim_model import FT, JsbsimModel
 from clearway.vehicle.automaton import Movement
 
 RATE_HZ = 60
-MOST_BANK_RAD, MOST_BACK_RAD = np.radians(35.0), np.radians(12.0)
+MOST_BANK_RAD = np.radians(35.0)
+MOST_BACK_RAD = np.radians(12.0)
 """And the most of it that leads back."""
 MOST_PITCH_RAD = np.radians(12.0)
 COURSE_PER_S = 0.5
 """Turn rate by which the course is led back, per error."""
-ACROSS_PER_S, MOST_ACROSS_RAD = 0.15, np.radians(15.0)
+ACROSS_PER_S = 0.15
+MOST_ACROSS_RAD = np.radians(15.0)
 """Speed across, per metre off the way, and the most of it as a course."""
-AHEAD_PER_S, MOST_FASTER_MPS = 0.1, 4.0
-UP_PER_S, MOST_HIGHER_MPS = 0.2, 1.5
+AHEAD_PER_S = 0.1
+MOST_FASTER_MPS = 4.0
+UP_PER_S = 0.2
+MOST_HIGHER_MPS = 1.5
 """Speed and climb beyond what is asked for, per metre off the way, and the most of them."""
-AILERON, AILERON_SUM, AILERON_RATE = 2.5, 0.5, 0.6
+AILERON = 2.5
+AILERON_SUM = 0.5
+AILERON_RATE = 0.6
 """By the bank's error, its integral, and the roll rate."""
-PITCH, PITCH_SUM = 0.01, 0.008
+PITCH = 0.01
+PITCH_SUM = 0.008
 """By the climb's error and its integral, beside the path's own."""
-THROTTLE, THROTTLE_SUM, THROTTLE_UP = 0.25, 0.02, 0.055
+THROTTLE = 0.25
+THROTTLE_SUM = 0.02
+THROTTLE_UP = 0.055
 """By the speed's error and its integral, and for the climb."""
 SETTLE_S = 40.0
 WIND_S = 120.0

@@ -276,7 +276,7 @@ def fit_tube(errors: Sequence[FloatArray], worst_m: float) -> tuple[float, ...]:
     """Radii that hold nearly all errors, and the next one as likely; they never shrink.
 
     worst_m: deviation of the end of the pair that strays most. Where its own ends would leave the
-    first radius, whoever flies that pair over and over would: all radii grow by as much.
+    first radius, flights of that pair over and over would: all radii grow by as much.
     """
     radii = [0.0]
     for each in errors:

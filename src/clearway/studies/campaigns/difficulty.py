@@ -22,11 +22,14 @@ SIDE_SHARE = 0.5
 """Half the width of the grid, of the straight way."""
 BEYOND_SHARE = 0.05
 """How far it reaches past start and goal, of the straight way."""
-PLACES, DIRECTIONS = 60, 24
+PLACES = 60
+DIRECTIONS = 24
 """Random places that the start leads to, at which room is measured; level directions from each."""
 FARTHEST_M = 40.0
 """A free path is no longer."""
-VIEW_M, VIEW_RAD, RAYS = 10.0, np.radians(45.0), 31
+VIEW_M = 10.0
+VIEW_RAD = np.radians(45.0)
+RAYS = 31
 """How far and how wide a view along the way looks."""
 STRIDE_M = 1.0
 """Between views."""

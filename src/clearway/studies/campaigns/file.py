@@ -139,7 +139,7 @@ class CampaignFile(Section):
                 check_planner_name(name, folder)
 
     def find_flyer(self, planner: str) -> str:
-        """Who flies in a column: of a variant its planner, else whoever it is named after."""
+        """Return the planner of a column: of a variant its own, else the column's name."""
         variant = self.variants.get(planner)
         return planner if variant is None else variant.planner
 

@@ -26,8 +26,11 @@ from clearway.studies.campaigns.summary import (
 )
 from clearway.studies.campaigns.totals import HEAD, add_up
 
-FULL, SHORT, TOTALS = "campaign", "campaign-short", "campaign-totals"
-DIRECT, BESIDE = "campaign-direct", "campaign-beside"
+FULL = "campaign"
+SHORT = "campaign-short"
+TOTALS = "campaign-totals"
+DIRECT = "campaign-direct"
+BESIDE = "campaign-beside"
 """Marks are `<!-- campaign:begin -->` and `<!-- campaign:end -->`."""
 COLUMNS = (
     "planner",

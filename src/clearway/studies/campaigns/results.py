@@ -13,7 +13,7 @@ from clearway.base.version import SCHEMA_VERSION
 from clearway.io.apart import apart
 from clearway.io.staging import stage_file
 from clearway.io.what_file import require_file
-from clearway.studies.campaigns.row import COLUMNS, FlightRow
+from clearway.studies.campaigns.row import COLUMN_TYPES, FlightRow
 
 LOADED_APART = ("pyarrow.parquet",)
 META = "clearway_"
@@ -36,7 +36,7 @@ def write_results(path: Path, rows: Sequence[FlightRow], settings: dict[str, str
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    schema = pa.schema([_column(pa, name, kind) for name, kind in COLUMNS.items()])
+    schema = pa.schema([_column(pa, name, kind) for name, kind in COLUMN_TYPES.items()])
     about = {META + name: value for name, value in settings.items()}
     schema = schema.with_metadata({"schema_version": str(SCHEMA_VERSION), **about})
     table = pa.Table.from_pylist([asdict(row) for row in rows], schema=schema)
@@ -66,7 +66,7 @@ def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
             table = pq.ParquetFile(path).read(use_threads=False)
     except pa.ArrowException as cause:
         raise InputError(str(path), f"no Parquet file: {cause}") from cause
-    missing = [name for name in COLUMNS if name not in table.column_names]
+    missing = [name for name in COLUMN_TYPES if name not in table.column_names]
     if missing:
         raise InputError(str(path), f"no results of a campaign: without {', '.join(missing)}")
     metadata: dict[bytes, bytes] = table.schema.metadata or {}
@@ -75,7 +75,7 @@ def _read(path: Path) -> tuple[list[FlightRow], dict[str, str]]:
         for key, value in metadata.items()
         if key.decode().startswith(META)
     }
-    rows = table.select(list(COLUMNS)).to_pylist()
+    rows = table.select(list(COLUMN_TYPES)).to_pylist()
     return [FlightRow(**row) for row in rows], settings
 
 

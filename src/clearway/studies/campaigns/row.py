@@ -107,7 +107,7 @@ class FlightRow:
         return self.outcome in ("margin lost", "crashed", "failed")
 
 
-COLUMNS: dict[str, Any] = get_type_hints(FlightRow)
+COLUMN_TYPES: dict[str, Any] = get_type_hints(FlightRow)
 """Name and type of each, in order."""
 IDENTITY = tuple(f.name for f in fields(FlightRow) if "of" not in f.metadata)
 """What a row says beside measures: which flight it is, how it ended, and what it cost."""

@@ -21,7 +21,8 @@ from clearway.studies.campaigns.results import need_parquet, read_results, write
 from clearway.studies.campaigns.row import FlightRow
 from clearway.studies.campaigns.task import Task, case_of, tasks_of
 
-RESULTS, JOURNAL = "results.parquet", "journal.jsonl"
+RESULTS_FILE = "results.parquet"
+JOURNAL = "journal.jsonl"
 Watch = Callable[[FlightRow | None, int, int], None]
 """Called with each row, how many are done and how many there are; first without a row."""
 
@@ -66,7 +67,7 @@ def campaign_flown(
     skipped = absent(tasks)
     wanted = [task for task in choose_tasks(tasks, only) if task.label not in skipped]
     settings = {"campaign": campaign.file.name, "version": __version__}
-    results = folder / RESULTS
+    results = folder / RESULTS_FILE
     with open_journal(folder / JOURNAL, settings, FlightRow) as journal:
         rows = _before(results, settings) | {row.key: row for row in journal.rows}
         _check_cases(str(folder), rows.values(), tasks)

@@ -13,13 +13,17 @@ from typing import NamedTuple
 
 from clearway.base.units import FOOT_M, FOOT_PER_MINUTE_MPS
 
-LAYER, SPEED = "L", "v"
-ACCELERATION, CLIMB, TURN = r"\dot v", r"\dot h", r"\dot \psi"
+LAYER = "L"
+SPEED = "v"
+ACCELERATION = r"\dot v"
+CLIMB = r"\dot h"
+TURN = r"\dot \psi"
 ALWAYS = (LAYER, CLIMB)
 """Altitude layer (ft) and climb (ft/min unless a convention says otherwise)."""
 ACROSS = (SPEED, ACCELERATION, TURN)
 """Speed (kt), its change (kt/s) and turn (deg/s, right positive): all of them or none."""
-FROM_START, TO_FINISH = "d_s", "d_f"
+FROM_START = "d_s"
+TO_FINISH = "d_f"
 
 
 class Conventions(NamedTuple):

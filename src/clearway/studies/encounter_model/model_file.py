@@ -37,7 +37,8 @@ SECTIONS = (
 )
 MOST_BYTES = 100_000_000
 """Larger files are no encounter models."""
-AT_ONCE, A_SECOND_ON = "(t)", "(t+1)"
+AT_ONCE = "(t)"
+A_SECOND_ON = "(t+1)"
 """Endings of labels of the transition network."""
 NUMBERS = (*ALWAYS, *ACROSS)
 """Variables that are no categories."""

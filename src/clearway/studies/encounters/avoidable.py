@@ -25,7 +25,8 @@ MOST_MOVEMENTS = 12
 """Sequences of more movements are not looked at; straight flight follows on each."""
 SAME = 1e-6
 """Places closer than this share of a movement are the same."""
-PURSUIT_STEP, PURSUIT_STEPS = 0.1, 2000
+PURSUIT_STEP = 0.1
+PURSUIT_STEPS = 2000
 """Chords of a straight flight from a pursuer: their length in distances kept, and their number."""
 
 

@@ -33,7 +33,11 @@ from clearway.studies.processes import run_in_processes
 from clearway.traffic import TrackerSettings
 from clearway.vehicle.automaton import MovementAutomaton
 
-SPEED_MPS, RANGE_M, SAFETY_MARGIN_M, RADIUS_M, REACH_RADIUS_M = 1.0, 10.0, 0.6, 0.6, 1.5
+SPEED_MPS = 1.0
+RANGE_M = 10.0
+SAFETY_MARGIN_M = 0.6
+RADIUS_M = 0.6
+REACH_RADIUS_M = 1.5
 """The ownship of 6.5 and its intruders, at scale 1."""
 BODY_RADIUS_M = 0.3
 """Of the ownship, which the margins (6.14) and (6.15) of rivals are given."""

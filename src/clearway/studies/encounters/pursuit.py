@@ -24,9 +24,11 @@ from clearway.studies.encounters.avoidable import Opponent, search_avoidance
 from clearway.studies.encounters.encounter import closing_speed
 from clearway.vehicle.automaton import MovementAutomaton
 
-LENGTHS_M, MOST_MPS2 = (0.1, 100.0), 1e3
+LENGTHS_M = (0.1, 100.0)
+MOST_MPS2 = 1e3
 """Of a vehicle that flies 1 m/s: flights over larger lengths take as much longer to look at."""
-CHOSEN_MOVEMENTS, MOST_MOVEMENTS = 4, 14
+CHOSEN_MOVEMENTS = 4
+MOST_MOVEMENTS = 14
 """The first movements are chosen freely, the last of them is held for as many as these in all."""
 
 

@@ -125,8 +125,11 @@ DEAD = _faults(dead_from_s=lambda level: level)
 BIAS = _faults(range_bias_m=lambda level: level)
 LOSS = _faults(report_loss=lambda level: level)
 SPOOF = _faults(spoofed=lambda _: 0.2, spoof_m=lambda level: level)
-LIDAR, WITH_MAP, MAP_ALONE = "LiDAR alone", "LiDAR and map", "map alone"
-REPORTS, TRACKER = "reports as they come", "tracker"
+LIDAR = "LiDAR alone"
+WITH_MAP = "LiDAR and map"
+MAP_ALONE = "map alone"
+REPORTS = "reports as they come"
+TRACKER = "tracker"
 
 
 def _without_and_with_map(variant: Variant) -> Mapping[str, Variant]:

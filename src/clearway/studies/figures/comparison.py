@@ -20,7 +20,9 @@ from clearway.view.plot.style import lines_of
 INTRUDER = "#8a8a8a"
 SPARE = 0.08
 """Of the longer side, about what was flown; intruders come from farther away."""
-WIDE_IN, TALL_IN, NEAR_IN = 11.0, (2.0, 5.6), 2.6
+WIDE_IN = 11.0
+TALL_IN = (2.0, 5.6)
+NEAR_IN = 2.6
 """Inches of the view from above, across and at least and most high, and of the distances."""
 
 

@@ -14,7 +14,10 @@ from clearway.view.plot.flight import EXECUTED, WAYPOINT
 if TYPE_CHECKING:
     from clearway.missions.in_place import InPlaceFlight, Way
 
-RECORDED, WITHOUT, OTHER, THIRD = "#2e9e4f", "#555555", "#d62728", "#d9b3b3"
+RECORDED = "#2e9e4f"
+WITHOUT = "#555555"
+OTHER = "#d62728"
+THIRD = "#d9b3b3"
 GAP_S = 1.5
 """Rows of a track further apart are not joined."""
 TICK_S = 30.0

@@ -11,7 +11,9 @@ from clearway.base.frames import FloatArray
 from clearway.studies.encounters.pursuit import WinMap
 
 # Okabe-Ito: distinguished by colour-blind eyes too.
-NONE, OPEN, WON = "#EEEEEE", "#D55E00", "#009E73"
+NONE = "#EEEEEE"
+OPEN = "#D55E00"
+WON = "#009E73"
 LABELS = {NONE: "no collision course", OPEN: "no plan found that wins", WON: "won for good"}
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from clearway.base.frames import FloatArray
 from clearway.base.units import FOOT_M
 from clearway.view.plot.style import lines_of
-from clearway.view.plot.traffic import INTRUDER, STRAIGHT
+from clearway.view.plot.traffic import INTRUDER, STRAIGHT_COLOUR
 
 LIMITS_FT = ((2000.0, 250.0), (500.0, 100.0))
 """Well clear, and near mid-air collision: horizontal, vertical."""
@@ -51,20 +51,20 @@ def draw_encounter(tracks: EncounterTracks) -> Figure:
 
 
 def _above(axes: Axes, tracks: EncounterTracks) -> None:
-    axes.plot(*_km(tracks.straight_m), "--", color=STRAIGHT, label="straight flight")
+    axes.plot(*_km(tracks.straight_m), "--", color=STRAIGHT_COLOUR, label="straight flight")
     axes.plot(*_km(tracks.intruder_m), color=INTRUDER, label="intruder")
     looks = lines_of(list(tracks.flown))
     for name, (_, own, _) in tracks.flown.items():
         colour, line = looks[name]
         axes.plot(*_km(own), line, color=colour, label=name)
-    for path, colour in ((tracks.straight_m, STRAIGHT), (tracks.intruder_m, INTRUDER)):
+    for path, colour in ((tracks.straight_m, STRAIGHT_COLOUR), (tracks.intruder_m, INTRUDER)):
         axes.plot(*_km(path[:1]), "o", color=colour, markersize=5)
     axes.set(title="from above (dots: where it begins)", xlabel="x (km)", ylabel="y left (km)")
     axes.set_aspect("equal", adjustable="datalim")
 
 
 def _heights(axes: Axes, tracks: EncounterTracks) -> None:
-    axes.plot(tracks.time_s, tracks.straight_m[:, 2] / FOOT_M, "--", color=STRAIGHT)
+    axes.plot(tracks.time_s, tracks.straight_m[:, 2] / FOOT_M, "--", color=STRAIGHT_COLOUR)
     axes.plot(tracks.time_s, tracks.intruder_m[:, 2] / FOOT_M, color=INTRUDER)
     looks = lines_of(list(tracks.flown))
     for name, (time_s, own, _) in tracks.flown.items():
@@ -77,7 +77,7 @@ def _apart(axes: Axes, tracks: EncounterTracks) -> None:
     for (level, up), style in zip(LIMITS_FT, (":", "-"), strict=True):
         axes.plot([0.0, level, level], [up, up, 0.0], style, color="black", linewidth=0.9)
         axes.annotate(f"{level:g} x {up:g} ft", (level, up), fontsize=8, va="bottom", ha="left")
-    looks = lines_of(list(tracks.flown)) | {"": (STRAIGHT, "--")}
+    looks = lines_of(list(tracks.flown)) | {"": (STRAIGHT_COLOUR, "--")}
     ways = {"": _feet_apart(tracks.straight_m, tracks.intruder_m)} | {
         name: _feet_apart(own, other) for name, (_, own, other) in tracks.flown.items()
     }

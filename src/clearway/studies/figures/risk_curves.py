@@ -18,7 +18,8 @@ from clearway.view.plot.style import lines_of
 """Of planners, in the order in which studies name them."""
 SPARE = 0.04
 """Of an axis, below zero, so that marks there are whole."""
-ASIDE_KM, ASIDE_KIND = 0.09, 0.1
+ASIDE_KM = 0.09
+ASIDE_KIND = 0.1
 MARKS = {"copter": "o", "wing": "^"}
 MEASURES = (
     ("near_collision", "near mid-air collision"),

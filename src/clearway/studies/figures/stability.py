@@ -11,7 +11,10 @@ from clearway.view.plot.ground_plan import draw_ground_plan
 
 SIDE_M = 6.0
 """Shown to either side of a track."""
-FLOWN, BOUND, RISING, GOAL = "#1f5fbf", "#d62728", "#d95f02", "#2e9e4f"
+FLOWN = "#1f5fbf"
+BOUND = "#d62728"
+RISING = "#d95f02"
+GOAL = "#2e9e4f"
 
 
 def draw_deviations(

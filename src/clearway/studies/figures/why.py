@@ -12,10 +12,15 @@ from clearway.studies.why.causes import Answer, CrashCause
 from clearway.studies.why.explain import Explained
 from clearway.view.plot.style import OWN, halo
 
-FLOWN, DANGER, SEEN, LATER = "#333333", "#d62728", "#6f6f6f", "#cfcfcf"
-WIDEST_S, BEFORE_SIGHT_S = 16.0, 2.0
+FLOWN = "#333333"
+DANGER = "#d62728"
+SEEN = "#6f6f6f"
+LATER = "#cfcfcf"
+WIDEST_S = 16.0
+BEFORE_SIGHT_S = 2.0
 """Of flight that are drawn at most, and before the first sight."""
-LEVEL_SHARE, LEAST_LEVEL_M = 3.0, 1.5
+LEVEL_SHARE = 3.0
+LEAST_LEVEL_M = 1.5
 """Returns within so many margins of the height of the danger are drawn, or so many metres."""
 MOST_POINTS = 6000
 

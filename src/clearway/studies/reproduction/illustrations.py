@@ -24,7 +24,8 @@ from clearway.studies.reproduction.target import Exhibit, Findings, Measure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-POLE_M, POLE_RADIUS_M = (6.0, 0.7, 0.0), 0.5
+POLE_M = (6.0, 0.7, 0.0)
+POLE_RADIUS_M = 0.5
 SCENE = {
     "grid": {"rows": 1},
     "obstacle": [

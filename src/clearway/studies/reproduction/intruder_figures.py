@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
     from clearway.view.plot.cells import Border, CellView, Line, Quantity
 
-INTRUDER, OUTLINE = "#1f3fd6", "#4f9be8"
+INTRUDER = "#1f3fd6"
+OUTLINE = "#4f9be8"
 TRACK_S = 16.0
 """Flight of the intruder that is drawn: into the grid and out of it."""
 

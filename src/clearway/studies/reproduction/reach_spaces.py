@@ -19,7 +19,8 @@ from clearway.studies.reproduction.intruder_cases import (
 from clearway.studies.reproduction.target import Findings, Measure
 
 TOP_FIRST = (4, 3, 2, 1, 0)
-UPPER, LOWER = slice(4, None), slice(None, 3)
+UPPER = slice(4, None)
+LOWER = slice(None, 3)
 """Columns of the paper's upper and lower part: left and right of the middle one."""
 
 

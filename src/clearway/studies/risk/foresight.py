@@ -23,7 +23,8 @@ from clearway.studies.risk.long_flight import STEPS_PER_S, choose_performance, s
 from clearway.studies.risk.settings import NEAR_COLLISION, WELL_CLEAR, RiskSettings
 from clearway.traffic.surveillance import Watch
 
-COURSES, LATER_COURSES = 36, 12
+COURSES = 36
+LATER_COURSES = 12
 LATER_S = np.array([6.0, 12.0, 20.0, 30.0])
 """When the second half of a manoeuvre begins."""
 

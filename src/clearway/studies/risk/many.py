@@ -16,7 +16,8 @@ from clearway.studies.risk.settings import RiskSettings
 from clearway.studies.risk.study import RiskStudy, study
 from clearway.studies.risk.summary import summary
 
-MODEL_SUFFIX, JOURNAL_SUFFIX = ".txt", ".jsonl"
+MODEL_SUFFIX = ".txt"
+JOURNAL_SUFFIX = ".jsonl"
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,8 @@ STRAIGHT = "straight"
 """Straight flight needs no simulation: what happens without any avoidance."""
 CROSSED = 1.25
 """Radii of the encounter cylinder that an ownship crosses until slow aircraft are met too."""
-TRACKS, ENTRIES = 6, 6
+TRACKS = 6
+ENTRIES = 6
 """Candidates for one encounter at real scale."""
 WIDER = 1.5
 """What intruders are drawn into, over well clear: some that just miss may be made worse."""

@@ -24,7 +24,8 @@ from clearway.vehicle.scale import suit_reach_m
 
 MOST_DECISIONS = 60
 """Of the decisive seconds; readings between them are taken in without one."""
-STEP_S, PARTS = 0.25, 5
+STEP_S = 0.25
+PARTS = 5
 """Between states of a plan that are computed, and into how many parts the way between is divided to
 be checked against returns."""
 FLOWN_S = 16.0

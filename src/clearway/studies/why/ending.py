@@ -16,7 +16,8 @@ from clearway.studies.why.views import place_readings
 
 BEFORE_S = 1.0
 """Whose mean speed a stop is compared with."""
-FLIES, STOPPED = 0.3, 0.25
+FLIES = 0.3
+STOPPED = 0.25
 """Shares: of the highest speed above which a vehicle flies, of the speed before below which it has
 stopped."""
 STOPS_WITHIN_S = 0.3

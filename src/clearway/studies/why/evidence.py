@@ -20,7 +20,8 @@ SIGHT_SHARE = 1.0 / 3.0
 ROUNDING_S = 1e-3
 SHIFTS = 8
 """Steps of a quarter of a margin in which a map is shifted to each side, and again finer."""
-FITS_SHARE, MISFITS_SHARE = 0.25, 0.5
+FITS_SHARE = 0.25
+MISFITS_SHARE = 0.5
 """Of the margin: returns of a map that fits lie nearer in the median, of one that does not
 farther."""
 FEWEST_RETURNS = 10

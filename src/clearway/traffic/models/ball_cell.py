@@ -25,9 +25,15 @@ from clearway.traffic.models.borders import (
     Borders,
 )
 
-RADIUS, RADIAL_WEIGHT = range(2)
-COSINE, SINE, WEIGHT = range(3)
-HALF_RANGE, HALF_AZIMUTH, HALF_ELEVATION, BOUND_M = range(4)
+RADIUS = 0
+RADIAL_WEIGHT = 1
+COSINE = 0
+SINE = 1
+WEIGHT = 2
+HALF_RANGE = 0
+HALF_AZIMUTH = 1
+HALF_ELEVATION = 2
+BOUND_M = 3
 TINY = 1e-300
 LEAST_SLIM = 1e-18
 """Square of the least width of a box across, as a share of its greatest: none is flat."""

@@ -13,9 +13,22 @@ from clearway.base.grid import BORDER_TOLERANCE, RANGE_TOLERANCE, AvoidanceGrid
 
 # Rows of `Borders.table` and of `times` and `places` of the pieces: compiled functions pass a few
 # wide arrays several times faster than many narrow ones.
-RANGE, AZIMUTH, ELEVATION, AZIMUTH_COS, AZIMUTH_SIN, ELEVATION_COS, ELEVATION_SIN = range(7)
-ENTRY, LEAVE, LAYER_CUT, COLUMN_CUT, ROW_CUT = range(5)
-CELL, LAYER, COLUMN, ROW = range(4)
+RANGE = 0
+AZIMUTH = 1
+ELEVATION = 2
+AZIMUTH_COS = 3
+AZIMUTH_SIN = 4
+ELEVATION_COS = 5
+ELEVATION_SIN = 6
+ENTRY = 0
+LEAVE = 1
+LAYER_CUT = 2
+COLUMN_CUT = 3
+ROW_CUT = 4
+CELL = 0
+CUT_LAYER = 1
+COLUMN = 2
+ROW = 3
 
 
 class Borders(NamedTuple):

@@ -19,18 +19,47 @@ BUNCH = 64
 
 # Rows of `HalfLines.told`, [rows, BUNCH]. As given: place (m) and velocity (m/s) at time 0, and
 # when it ends (s).
-X, Y, Z, SPEED_X, SPEED_Y, SPEED_Z, END_S = range(7)
+X = 0
+Y = 1
+Z = 2
+SPEED_X = 3
+SPEED_Y = 4
+SPEED_Z = 5
+END_S = 6
 # As worked out. Lengths (m) run from the point closest to the origin, which keeps every crossing
 # well scaled: how far before it the place is, that point, its distance squared, a unit vector along
 # the line, and where it enters the grid's ball and leaves it; the latter is -inf where it does not.
-SPEED, PASSED, NEAR_X, NEAR_Y, NEAR_Z, NEAR2, ALONG_X, ALONG_Y, ALONG_Z, START, END = range(7, 18)
+LINE_SPEED = 7
+PASSED = 8
+NEAR_X = 9
+NEAR_Y = 10
+NEAR_Z = 11
+NEAR2 = 12
+ALONG_X = 13
+ALONG_Y = 14
+ALONG_Z = 15
+START = 16
+END = 17
 # For columns: twice the area that is swept about the z axis for each m, positive leftwards; where
 # it enters and leaves the ball, both mirrored if it turns right; tolerances there.
-MOMENT, FROM_X, FROM_Y, TO_X, TO_Y, FROM_SLACK, TO_SLACK = range(18, 25)
+MOMENT = 18
+FROM_X = 19
+FROM_Y = 20
+TO_X = 21
+TO_Y = 22
+FROM_SLACK = 23
+TO_SLACK = 24
 # For rows: distance of the nearest point, the sine of its elevation; sines of the elevation from
 # where to where it goes before it turns, and after; likewise in the middle, and the row of that,
 # from -1 below all of them: far below where it may be another's for all that rounding tells.
-NEAR, NEAR_SINE, FIRST_FROM, FIRST_TO, THEN_FROM, THEN_TO, MIDDLE_SINE, MIDDLE_ROW = range(25, 33)
+NEAR_AT = 25
+NEAR_SINE = 26
+FIRST_FROM = 27
+FIRST_TO = 28
+THEN_FROM = 29
+THEN_TO = 30
+MIDDLE_SINE = 31
+MIDDLE_ROW_AT = 32
 
 
 class HalfLines(NamedTuple):
@@ -77,7 +106,7 @@ def measure_half_lines(lines: HalfLines, many: int, borders: Borders) -> None:
         inside2 = outer * outer - near2
         half_chord = np.sqrt(inside2)
         end = min(told[END_S, n] * speed - passed, half_chord)
-        told[SPEED, n], told[PASSED, n], told[NEAR2, n] = speed, passed, near2
+        told[LINE_SPEED, n], told[PASSED, n], told[NEAR2, n] = speed, passed, near2
         told[NEAR_X, n], told[NEAR_Y, n], told[NEAR_Z, n] = cx, cy, cz
         told[ALONG_X, n], told[ALONG_Y, n], told[ALONG_Z, n] = ux, uy, uz
         told[START, n] = max(-passed, -half_chord)

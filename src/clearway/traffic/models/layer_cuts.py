@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.compiled import compiled
-from clearway.traffic.models.borders import LAYER, LAYER_CUT, RANGE, Borders, TraversalPieces
+from clearway.traffic.models.borders import CUT_LAYER, LAYER_CUT, RANGE, Borders, TraversalPieces
 from clearway.traffic.models.half_lines import NEAR2, HalfLines
 
 
@@ -43,13 +43,13 @@ def layer_cuts(
     while i >= 0 and spheres[np.uint64(i), n] < np.inf:
         cut = -spheres[np.uint64(i), n]
         first = i - 1 if cut <= start else first
-        times[LAYER_CUT, at], places[LAYER, at] = cut, i - 1
+        times[LAYER_CUT, at], places[CUT_LAYER, at] = cut, i - 1
         at += np.uint64((cut > start) & (cut < end))
         i -= 1
     for j in range(i + 1, last):
         cut = spheres[np.uint64(j), n]
         first = j if cut <= start else first
-        times[LAYER_CUT, at], places[LAYER, at] = cut, j
+        times[LAYER_CUT, at], places[CUT_LAYER, at] = cut, j
         at += np.uint64((cut > start) & (cut < end))
-    times[LAYER_CUT, 0], places[LAYER, 0] = start, first
+    times[LAYER_CUT, 0], places[CUT_LAYER, 0] = start, first
     return int(np.int64(at))

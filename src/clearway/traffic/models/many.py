@@ -20,7 +20,12 @@ STANDING = 1e-10
 """Ranges of the grid a second; what is slower stands still."""
 
 # Columns of the numbers that are reported of each.
-RADIUS, TIME, POSITION_STD, VELOCITY_STD, BOUND, MANOEUVRE = range(6)
+RADIUS = 0
+TIME = 1
+POSITION_STD = 2
+VELOCITY_STD = 3
+BOUND = 4
+MANOEUVRE = 5
 
 
 @dataclass(frozen=True, eq=False)

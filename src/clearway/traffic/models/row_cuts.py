@@ -26,10 +26,10 @@ from clearway.traffic.models.half_lines import (
     END,
     FIRST_FROM,
     FIRST_TO,
-    MIDDLE_ROW,
+    MIDDLE_ROW_AT,
     MIDDLE_SINE,
-    NEAR,
     NEAR2,
+    NEAR_AT,
     NEAR_SINE,
     NEAR_Z,
     START,
@@ -59,7 +59,7 @@ def cut_by_cones(lines: HalfLines, many: int, borders: Borders) -> None:
         # Where the elevation turns.
         turn = near * uz / cz if cz != 0.0 else -np.inf
         peak = top if cz > 0.0 else -top
-        told[NEAR, n], told[NEAR_SINE, n] = near, cz
+        told[NEAR_AT, n], told[NEAR_SINE, n] = near, cz
         # Without a way before the turn, or after it, that goes nowhere.
         first_to = peak if turn < end else sine_to
         then_from = peak if turn > start else sine_from
@@ -67,16 +67,16 @@ def cut_by_cones(lines: HalfLines, many: int, borders: Borders) -> None:
         told[THEN_FROM, n], told[THEN_TO, n] = then_from if turn < end else sine_to, sine_to
         middle = 0.5 * (start + end)
         told[MIDDLE_SINE, n] = (height + middle * uz) / np.sqrt(near2 + middle * middle)
-        told[MIDDLE_ROW, n] = -1.0
+        told[MIDDLE_ROW_AT, n] = -1.0
     for k in range(borders.rows + 1):
         sine = borders.table[ELEVATION_SIN, k]
         # What gets no farther beyond an edge than its tolerance has not crossed it.
         slack = BORDER_TOLERANCE * borders.table[ELEVATION_COS, k]
         _cut_by_cone(told, sine, slack, many, lines.first[k], lines.then[k])
         for n in range(many):
-            above, row = told[MIDDLE_SINE, n] - sine, told[MIDDLE_ROW, n]
+            above, row = told[MIDDLE_SINE, n] - sine, told[MIDDLE_ROW_AT, n]
             row = row + 1.0 if above > 0.0 else row
-            told[MIDDLE_ROW, n] = row - UNSURE if abs(above) < SURE else row
+            told[MIDDLE_ROW_AT, n] = row - UNSURE if abs(above) < SURE else row
 
 
 @compiled
@@ -86,7 +86,7 @@ def _cut_by_cone(
     # Touched but not crossed: the top of the great circle is within the tolerance.
     touched = 2.0 * abs(sine) * BORDER_TOLERANCE
     for n in range(many):
-        near, cz, uz = told[NEAR, n], told[NEAR_SINE, n], told[ALONG_Z, n]
+        near, cz, uz = told[NEAR_AT, n], told[NEAR_SINE, n], told[ALONG_Z, n]
         start, end = told[START, n], told[END, n]
         beyond = cz * cz + uz * uz - sine * sine
         height = np.sqrt(beyond)
@@ -107,14 +107,14 @@ def row_cuts(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) -
     """List the cuts of one line in order, from the second on, and the rows from each on."""
     told = lines.told
     out.times[ROW_CUT, 0] = told[START, n]
-    if told[NEAR, n] <= borders.tolerance_m:
+    if told[NEAR_AT, n] <= borders.tolerance_m:
         return _cuts_through_origin(told[ALONG_Z, n], told[START, n], told[END, n], borders, out)
     rising = told[FIRST_TO, n] > told[FIRST_FROM, n]
     rising_then = told[THEN_TO, n] > told[THEN_FROM, n]
     count = _in_order(lines.first, n, rising, 1, borders, out)
     rising = rising if count > 1 else rising_then
     count = _in_order(lines.then, n, rising_then, count, borders, out)
-    row, rows = int(told[MIDDLE_ROW, n]), borders.rows
+    row, rows = int(told[MIDDLE_ROW_AT, n]), borders.rows
     if count == 1 and row < -1:
         row = _middle_row(told, n, borders)
     if count > 1:

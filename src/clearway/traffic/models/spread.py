@@ -34,8 +34,8 @@ from clearway.traffic.models.cone_hull import widen_by_edges, widen_by_turns
 from clearway.traffic.models.half_lines import (
     BUNCH,
     END_S,
+    LINE_SPEED,
     PASSED,
-    SPEED,
     SPEED_X,
     SPEED_Y,
     SPEED_Z,
@@ -50,7 +50,9 @@ from clearway.traffic.models.many import Intruders
 from clearway.traffic.models.traverse import begin_walk, cut_lines, step
 
 # Columns of the sums over rays, [cells, 5]; the first two are ENTRY and LEAVE.
-DWELL, MEETING, RAY = range(2, 5)
+DWELL = 2
+MEETING = 3
+RAY = 4
 NOT_MET = np.array([np.inf, -np.inf, 0.0, 0.0, -1.0])
 
 
@@ -258,7 +260,7 @@ def _sum_up(
     sums: Floats2,
 ) -> None:
     """Of one ray, which is in a place of a bunch."""
-    passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
+    passed, speed = lines.told[PASSED, n], lines.told[LINE_SPEED, n]
     walk, end = begin_walk(lines, n, borders, pieces)
     nowhere = len(sums) - 1
     while walk.here < end:

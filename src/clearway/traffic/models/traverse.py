@@ -16,8 +16,8 @@ from clearway.traffic.models.borders import (
     CELL,
     COLUMN,
     COLUMN_CUT,
+    CUT_LAYER,
     ENTRY,
-    LAYER,
     LAYER_CUT,
     LEAVE,
     ROW,
@@ -28,8 +28,8 @@ from clearway.traffic.models.borders import (
 from clearway.traffic.models.column_cuts import column_cuts, cut_by_planes
 from clearway.traffic.models.half_lines import (
     END,
+    LINE_SPEED,
     PASSED,
-    SPEED,
     START,
     HalfLines,
     measure_half_lines,
@@ -77,7 +77,7 @@ def pieces_of(lines: HalfLines, n: int, borders: Borders, out: TraversalPieces) 
     border tolerance) does not count; on a border the grid's own rule decides. Without a speed
     nothing is passed.
     """
-    passed, speed = lines.told[PASSED, n], lines.told[SPEED, n]
+    passed, speed = lines.told[PASSED, n], lines.told[LINE_SPEED, n]
     walk, end = begin_walk(lines, n, borders, out)
     count = 0
     while walk.here < end:
@@ -111,7 +111,7 @@ def begin_walk(
         j += ONE
     while times[ROW_CUT, k + ONE] <= start:
         k += ONE
-    start_s = max(0.0, (start + told[PASSED, n]) / told[SPEED, n])
+    start_s = max(0.0, (start + told[PASSED, n]) / told[LINE_SPEED, n])
     cell, wall = _column_and_row(j, k, borders, out)
     return Walk(first, j, k, cell, wall, start, start_s), end
 
@@ -162,7 +162,7 @@ def step(
     Lines mostly go on in their column and row to the next layer, which can be foretold.
     """
     i, j, k, inner_cell, wall, here, _ = walk
-    cell = out.places[LAYER, i] * (borders.columns * borders.rows) + inner_cell
+    cell = out.places[CUT_LAYER, i] * (borders.columns * borders.rows) + inner_cell
     following = out.times[LAYER_CUT, i + ONE]
     if following < wall:
         i += ONE

@@ -24,7 +24,8 @@ EVERYBODY_MPS = -1.0
 """What is slower is left out: nobody."""
 AT_ONCE = 4_000
 """Pairs whose closest points are looked for together."""
-TOGETHER_M, TOGETHER_HEIGHT_M = 0.5 * NAUTICAL_MILE_M, 500.0 * FOOT_M
+TOGETHER_M = 0.5 * NAUTICAL_MILE_M
+TOGETHER_HEIGHT_M = 500.0 * FOOT_M
 """Pairs that stay this near for long fly together."""
 
 Progress = Callable[[float, float], None]

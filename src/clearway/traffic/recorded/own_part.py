@@ -14,7 +14,8 @@ from clearway.traffic.recorded.aircraft import Aircraft
 from clearway.traffic.recorded.closest import ClosestPair
 from clearway.traffic.recorded.playing import PlayedTrack, play_track
 
-BEFORE_S, AFTER_S = 90.0, 90.0
+BEFORE_S = 90.0
+AFTER_S = 90.0
 """Flown before and after the closest point of the recording, as far as it reaches."""
 LONGEST_SILENCE_S = 60.0
 """The route bridges silences up to this; beyond, nobody knows where the aircraft went."""

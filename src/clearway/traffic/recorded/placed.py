@@ -26,7 +26,8 @@ TAXIES_MPS = 40.0 * KNOT_MPS
 """What is faster is in the air, or about to be, even where it is reported on the ground."""
 VELOCITY_WINDOW_S = 5.0
 """Velocities that come from positions are means over at least so long, where the reports allow."""
-MOST_OFF, STRAY_MPS = 0.5, 10.0
+MOST_OFF = 0.5
+STRAY_MPS = 10.0
 """Reported velocities that miss the way flown by more than this share of it are not believed; a
 single one may miss it by so much more, for positions are rounded too."""
 

@@ -14,7 +14,8 @@ REMEMBERED_S = 30.0
 """Who has turned once turns again: a pursuer flies straight until its prey turns."""
 SIGMAS = 3.0
 """Deviations of both velocities that no change of velocity is inferred from."""
-LEAST_S, LONGEST_S = 0.2, 5.0
+LEAST_S = 0.2
+LONGEST_S = 5.0
 """Between two reports that a manoeuvre is inferred from."""
 LEAST_SHARE = 0.02
 """Changes of a smaller share of the speed in a second are none: velocities are reported rounded."""

@@ -33,7 +33,8 @@ SHARPEST = 900
 VEHICLE = 0.022
 """Half of its length, as a share of the view."""
 INTRUDER = "#d55e00"
-LETTERS, LINES = 114, 2
+LETTERS = 114
+LINES = 2
 """Of the explanation."""
 
 

@@ -27,7 +27,9 @@ from clearway.base.state import BoolArray
 
 UNIT = Normalize(0.0, 1.0)
 POINT_COLOR = "#111111"
-WITHOUT_FACE, WITHOUT_EDGE, WITHOUT_HATCH = "#e3e3e3", "#8c8c8c", "////"
+WITHOUT_FACE = "#e3e3e3"
+WITHOUT_EDGE = "#8c8c8c"
+WITHOUT_HATCH = "////"
 ARC_PIECES = 8
 """Straight pieces in which the arc of a cell is drawn."""
 

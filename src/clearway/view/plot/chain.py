@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from clearway.sim import Run
 from clearway.view.plot.space import limits_around, stack_views
 
-EXECUTED, FLUSHED, DECIDED = "#1f5fbf", "#d62728", "#8e44ad"
+EXECUTED = "#1f5fbf"
+FLUSHED = "#d62728"
+DECIDED = "#8e44ad"
 
 
 def draw_chain(run: Run, until_s: float, title: str) -> Figure:

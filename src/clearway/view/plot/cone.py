@@ -13,7 +13,10 @@ from clearway.base.state import BoolArray
 from clearway.view.plot.flight import grid_outline
 from clearway.view.plot.space import name_height
 
-LINE, DEVIATED, EDGE, START = "#1f3fd6", "#2e9e4f", "#c1272d", "#222222"
+LINE = "#1f3fd6"
+DEVIATED = "#2e9e4f"
+EDGE = "#c1272d"
+START = "#222222"
 PROBABLE = (0.5, 0.4)
 """The position that is drawn as one of the probable ones, in semi-axes."""
 

@@ -29,7 +29,10 @@ from clearway.view.plot.space import (
 )
 from clearway.view.plot.style import halo
 
-EXECUTED, PLANNED, SEEN, WAYPOINT = "#1f5fbf", "#d62728", "#7d6b55", "#2e9e4f"
+EXECUTED = "#1f5fbf"
+PLANNED = "#d62728"
+SEEN = "#7d6b55"
+WAYPOINT = "#2e9e4f"
 ESCAPE_COLOUR = "#088c82"
 DASHES = (0, (4.0, 1.5))
 MOST_WAYS_OUT = 5

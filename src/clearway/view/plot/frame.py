@@ -16,9 +16,11 @@ Flow = tuple[str, str, str]
 
 PLACES = ((0.0, 2.0), (3.2, 3.3), (6.4, 2.0), (3.2, 2.0), (3.2, 0.7), (3.2, -0.6))
 """Centres of the boxes, in the order of the modules."""
-WIDTH, HEIGHT = 1.9, 0.62
+WIDTH = 1.9
+HEIGHT = 0.62
 LEVELS = ("#e4eef8", "#f7ecd4", "#e9f3e4")
-INK, ARROW = "#222222", "#5c6370"
+INK = "#222222"
+ARROW = "#5c6370"
 
 
 def draw_frame(modules: Sequence[Module], flows: Sequence[Flow], title: str) -> Figure:

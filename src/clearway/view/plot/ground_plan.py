@@ -12,7 +12,9 @@ PIXELS = 240
 """Along the longer side of the map of obstacles."""
 SLICES = 9
 """Heights at which obstacles are looked for."""
-SOLID, MARGIN, KEPT_OUT = "#9a9a9a", "#e6e2da", "#f3c96b"
+SOLID = "#9a9a9a"
+MARGIN = "#e6e2da"
+KEPT_OUT = "#f3c96b"
 
 
 def draw_ground_plan(

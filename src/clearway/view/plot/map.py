@@ -14,8 +14,10 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from clearway.base.frames import FloatArray, world_from_body
 from clearway.obstacles.obstacle import Obstacle
 
-ZONE, COLOURS = "#c0392b", "viridis"
-LEAST_POINTS, WIDTH_POINTS = 4.0, 600.0
+ZONE = "#c0392b"
+COLOURS = "viridis"
+LEAST_POINTS = 4.0
+WIDTH_POINTS = 600.0
 """Obstacles smaller than this on a picture of this width get a dot, or nobody would find them."""
 
 

@@ -24,7 +24,9 @@ from clearway.reach.choose.coverage import smoothness
 from clearway.reach.tree import LAST_LAYER, SIDE, ReachSet
 from clearway.view.plot.space import name_height
 
-INK, EDGE, VEHICLE = "#222222", "#9aa0a6", "#c1272d"
+INK = "#222222"
+EDGE = "#9aa0a6"
+VEHICLE = "#c1272d"
 SMOOTH: Colormap = LinearSegmentedColormap.from_list(
     "smooth", ["#35193e", "#7b1c5a", "#c8475a", "#e58a5f", "#e8c384"][::-1]
 )

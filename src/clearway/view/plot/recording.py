@@ -17,7 +17,9 @@ from clearway.traffic.recorded.closest import ClosestPair
 from clearway.traffic.recorded.picture import AirPicture
 from clearway.view.plot.style import SERIES
 
-OTHERS, RADAR, PAIR = "#9aa5b1", "#d9cfc0", "#111111"
+OTHERS = "#9aa5b1"
+RADAR = "#d9cfc0"
+PAIR = "#111111"
 CLOSE_UP_S = 120.0
 MOST_PAIRS = 3
 """Pairs that are marked."""

@@ -7,7 +7,9 @@ from matplotlib.figure import Figure
 
 from clearway.base.frames import FloatArray
 
-SEEN, HIDDEN, HINDERED = "#ded5a4", "#2d3463", "#b2182b"
+SEEN = "#ded5a4"
+HIDDEN = "#2d3463"
+HINDERED = "#b2182b"
 
 
 def draw_row(title: str, hindrance: FloatArray, visible: FloatArray) -> Figure:

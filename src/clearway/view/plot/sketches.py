@@ -18,7 +18,10 @@ from clearway.sensors.cells.space import SpaceCells, SpaceClass
 from clearway.view.plot.cells import cell_wedges
 from clearway.view.plot.space import name_height
 
-INK, BEAM, BODY, HIT = "#222222", "#9db8d9", "#e8c384", "#b2182b"
+INK = "#222222"
+BEAM = "#9db8d9"
+BODY = "#e8c384"
+HIT = "#b2182b"
 SPACES = {
     SpaceClass.FREE: "#dcebf7",
     SpaceClass.OCCUPIED: "#b2182b",

@@ -12,13 +12,16 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 
-SPARE, SLIMMEST = 0.05, 0.16
+SPARE = 0.05
+SLIMMEST = 0.16
 """Room around what is shown, and the shortest side of a view, as shares of the longest."""
 MOST_TICKS = 7
 """Along the longest axis in space."""
 LABEL_PAD = 8.0
 """Points between ticks and names of axes in space: letters of either are drawn level."""
-VIEWS_HIGH_IN, WIDEST_VIEWS_IN, SLIMMEST_VIEWS_IN = 4.3, 6.5, 3.2
+VIEWS_HIGH_IN = 4.3
+WIDEST_VIEWS_IN = 6.5
+SLIMMEST_VIEWS_IN = 3.2
 """Height of two views, and how wide their column is at most and at least."""
 
 Limits = tuple[FloatArray, FloatArray]

@@ -31,7 +31,9 @@ from clearway.view.plot.speed_track import (
 )
 from clearway.view.plot.style import halo
 
-SEEN, WAYPOINT, CAP = "#5a4634", "#2e9e4f", "#088c82"
+SEEN = "#5a4634"
+WAYPOINT = "#2e9e4f"
+CAP = "#088c82"
 LIMITS = {
     SpeedLimit.SIGHT: ("#088c82", "sight"),
     SpeedLimit.CLEARANCE: ("#d55e00", "clearance"),
@@ -46,11 +48,14 @@ MOST_ESCAPES = 12
 """In a picture of a whole flight."""
 AROUND_M = 6.0
 """Shown about the track, at least."""
-WIDE_IN, MAP_WIDE_IN, LEAST_DEEP_IN = 12.5, 11.3, 1.5
+WIDE_IN = 12.5
+MAP_WIDE_IN = 11.3
+LEAST_DEEP_IN = 1.5
 """Width of a picture and of the view from above in it, and the least depth of that."""
 TICK_S = 5.0
 """Between the times named along a track."""
-NEAR, LEAST_AROUND_M = 1.25, 12.0
+NEAR = 1.25
+LEAST_AROUND_M = 12.0
 """Shown about a decision, as a multiple of what it sees ahead, and at least."""
 BAND_M = 0.6
 """Returns so far above or below the vehicle are drawn."""

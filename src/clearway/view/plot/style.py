@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.patheffects import AbstractPathEffect
 
 FORMATS = ("png", "svg", "pdf")
-FEWEST_DPI, MOST_DPI = 30, 1200
+FEWEST_DPI = 30
+MOST_DPI = 1200
 OWN = "#0072b2"
 """Clearway's own colour, which no other planner has."""
 OTHERS = ("#d55e00", "#009e73", "#cc79a7", "#e69f00", "#555555")

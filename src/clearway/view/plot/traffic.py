@@ -17,7 +17,10 @@ from clearway.view.plot.ground_plan import draw_ground_plan, draw_kept_out
 from clearway.view.plot.space import Limits, limits_around, stack_views
 from clearway.view.plot.style import halo
 
-DECISION, TRACK, INTRUDER, STRAIGHT = "#12336b", "#d98ab5", "#b0125b", "#9a9a9a"
+DECISION = "#12336b"
+TRACK = "#d98ab5"
+INTRUDER = "#b0125b"
+STRAIGHT_COLOUR = "#9a9a9a"
 LEGEND_INCHES = 1.7
 """That an entry of the legend takes."""
 COURSE_S = 2.0
@@ -205,7 +208,9 @@ def draw_collision_distance(run: Run[Steering]) -> Figure:
     traffic, straight = run.metrics.intruders, run.metrics.straight
     if traffic is not None:
         if straight is not None:
-            axes.plot(run.time_s, straight.nearest_m, color=STRAIGHT, label="straight flight")
+            axes.plot(
+                run.time_s, straight.nearest_m, color=STRAIGHT_COLOUR, label="straight flight"
+            )
         _draw_closest(axes, run, traffic)
         margin = float(traffic.margin_m.max())
         axes.axhline(margin, linestyle="--", color=PLANNED, label=f"margin (6.16): {margin:.2f} m")
@@ -233,7 +238,7 @@ def _draw_closest(axes: Axes, run: Run[Steering], traffic: IntruderDistances) ->
     changes = np.flatnonzero(known & np.r_[True, np.diff(np.where(known, closest, -1)) != 0])
     for start, end in zip(changes, [*changes[1:], len(nearest)], strict=True):
         if start != changes[0]:
-            axes.axvline(run.time_s[start], color=STRAIGHT, linewidth=0.6, linestyle=":")
+            axes.axvline(run.time_s[start], color=STRAIGHT_COLOUR, linewidth=0.6, linestyle=":")
         lowest = start + int(np.argmin(nearest[start:end]))
         axes.annotate(
             f"{traffic.names[closest[lowest]]}\n{nearest[lowest]:.2f} m",

@@ -12,7 +12,7 @@ from clearway.base.state import IntArray
 from clearway.reach.tree import ReachSet
 from clearway.view.replay.entities import (
     ESCAPE_RGB,
-    PLANNED,
+    PLANNED_COLOUR,
     Rgb,
     color,
     entity,
@@ -46,7 +46,7 @@ def plan(decision: Decision, at_ns: int) -> fox.SceneUpdate:
     """The path that the decision means to fly, and the tube within which it is expected."""
     points = list_points(decision.path_m)
     tube = _balls(decision.path_m, decision.tube_m)
-    lines = [line(points, PLANNED, 3.0)]
+    lines = [line(points, PLANNED_COLOUR, 3.0)]
     planned = entity("plan", at_ns, lines=lines, spheres=tube)
     return fox.SceneUpdate(entities=[planned])
 
@@ -58,7 +58,7 @@ def _balls(places_m: FloatArray, radii_m: FloatArray) -> list[fox.SpherePrimitiv
         fox.SpherePrimitive(
             pose=pose_of(place, upright),
             size=fox.Vector3(x=2.0 * radius, y=2.0 * radius, z=2.0 * radius),
-            color=color(PLANNED, 0.15),
+            color=color(PLANNED_COLOUR, 0.15),
         )
         for place, radius in zip(places_m, radii_m.tolist(), strict=True)
         if radius > 0.0

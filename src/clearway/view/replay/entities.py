@@ -17,10 +17,14 @@ from clearway.live.mission import Mode
 
 Rgb = tuple[float, float, float]
 Transforms = fox.FrameTransforms
-WORLD, VEHICLE = "world", "vehicle"
-PLANNED, EXECUTED, WAYPOINT = (0.84, 0.15, 0.16), (0.12, 0.37, 0.75), (0.18, 0.62, 0.31)
+WORLD = "world"
+VEHICLE = "vehicle"
+PLANNED_COLOUR = (0.84, 0.15, 0.16)
+EXECUTED = (0.12, 0.37, 0.75)
+WAYPOINT = (0.18, 0.62, 0.31)
 ESCAPE_RGB = (0.03, 0.55, 0.51)
-INTRUDER, POINT = (0.85, 0.15, 0.6), (0.75, 0.22, 0.17)
+INTRUDER = (0.85, 0.15, 0.6)
+POINT = (0.75, 0.22, 0.17)
 KNOWN: dict[str, Rgb] = {
     "world": (0.80, 0.55, 0.35),
     "both": (0.55, 0.57, 0.60),

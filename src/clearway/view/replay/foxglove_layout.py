@@ -17,12 +17,10 @@ SCENES = (
     schemas.POINTS,
     schemas.WORLD_POINTS,
 )
-SCENE_3D, MAP, LOG, MODES = (
-    "3D!clearway",
-    "map!clearway",
-    "RosOut!clearway",
-    "StateTransitions!modes",
-)
+SCENE_3D = "3D!clearway"
+MAP = "map!clearway"
+LOG = "RosOut!clearway"
+MODES = "StateTransitions!modes"
 PLOTS = {
     "Plot!distances": (
         "Distance, m",

@@ -32,7 +32,8 @@ OWN = tuple(topic for topic in schemas.SCHEMAS if topic != schemas.SCALARS)
 """Of clearway's own messages those that are read back: scalars repeat what decisions tell."""
 READ = (*OWN, schemas.POINTS, schemas.WORLD_POINTS)
 """Topics that are read back; the others are for Foxglove."""
-UNPACKED_BYTES, UNPACKED_PER_BYTE = 64_000_000, 100
+UNPACKED_BYTES = 64_000_000
+UNPACKED_PER_BYTE = 100
 """That a recording may unpack to, beside and for each of its bytes; flights have 9 for each, and 30
 where the vehicle stays in one place for an hour."""
 PACK_FROM = 1_000

@@ -12,7 +12,8 @@ from clearway.live.routing.field.known_space import KnownSpace
 
 LOOKED_AT = 2
 """The finest so many levels are looked at: in coarser ones nothing is closed then."""
-ACROSS, UPWARDS = 0.25, 0.5
+ACROSS = 0.25
+UPWARDS = 0.5
 """Margins from one place in a cell to the next, at most; no gap of 2.2 margins hides between."""
 NO_CELLS: IntArray = np.zeros((0, 5), dtype=np.int64)
 

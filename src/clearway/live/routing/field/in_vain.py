@@ -21,7 +21,8 @@ ABOUT = 1.5
 """Margins about that place in which the way costs more."""
 SLOWER = 0.25
 """Share of the speed that is left there, each time."""
-MOST_TIMES, MOST_PLACES = 8, 64
+MOST_TIMES = 8
+MOST_PLACES = 64
 """That one place counts, lest waiting closes the way on; and places that are kept, the latest."""
 
 

@@ -29,7 +29,8 @@ ROLL_WITHIN = 8
 """A level moves along once the vehicle is off its middle by this part of its cells."""
 OF_CELL = 0.6
 """Edge of a voxel that one point is kept of, in finest cells."""
-PROVES_GONE, PROVES_EVERY = 20.0, 4
+PROVES_GONE = 20.0
+PROVES_EVERY = 4
 """Finest cells from the vehicle within which points that are not reported are gone, and how
 often that is looked at: farther off other places of the same things are seen every time."""
 BaseClearance = Callable[[FloatArray, float], FloatArray]

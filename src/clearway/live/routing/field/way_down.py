@@ -10,7 +10,8 @@ from clearway.base.compiled import compiled
 
 STEP = 1.5
 """Of the cells about a place: as far ahead the best direction is looked for."""
-TURNS, CLIMBS = 24, (-0.6, 0.0, 0.6)
+TURNS = 24
+CLIMBS = (-0.6, 0.0, 0.6)
 """Directions that are looked at: around, and metres up by the metre."""
 MOST_STEPS = 1000
 """A way is followed no farther."""
