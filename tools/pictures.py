@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -35,6 +34,7 @@ PICTURES = {
 """Name in the documentation: the command that draws it, and what it calls it."""
 FILM = ("fly", "copter-columns", "--no-plots", "--fps", "5", "--speed", "2", "--video")
 """The command that makes the film of README, before the name of its file."""
+FILM_SIZE, FILM_COLOURS = (600, 338), 32
 COLOURS = 192
 REPLAYS = (
     ("replay.png", "mixed", "t=18"),
@@ -57,6 +57,20 @@ def keep(drawn: Path, target: Path) -> None:
     with Image.open(drawn) as picture:
         few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE, kmeans=4)
         few.save(target, optimize=True)
+
+
+def keep_film(drawn: Path, target: Path) -> None:
+    """Keep every second frame of a film, smaller and with few colours."""
+    frames = []
+    with Image.open(drawn) as film:
+        for number in range(0, getattr(film, "n_frames", 1), 2):
+            film.seek(number)
+            frames.append(film.convert("RGB").resize(FILM_SIZE, Image.Resampling.LANCZOS))
+    middle, bright = frames[len(frames) // 2], Image.Quantize.FASTOCTREE
+    palette = middle.quantize(FILM_COLOURS, method=bright, dither=Image.Dither.NONE)
+    few = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames]
+    durations_ms = [400] * (len(few) - 1) + [1500]
+    few[0].save(target, save_all=True, append_images=few[1:], duration=durations_ms, loop=0)
 
 
 def show_page(mission: str, moment: str, target: Path) -> None:
@@ -114,7 +128,7 @@ def main() -> None:
         film = Path(folder) / "copter.gif"
         arguments = [sys.executable, "-c", code, *FILM, str(film), "--out", f"{folder}/run"]
         subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL)
-        shutil.copyfile(film, IMAGES / film.name)
+        keep_film(film, IMAGES / film.name)
     for name, mission, moment in REPLAYS:
         show_page(mission, moment, IMAGES / name)
     for path in sorted(IMAGES.glob("*.png")):
