@@ -68,12 +68,3 @@ def test_a_wish_near_a_wall_is_held_against_how_an_autopilot_gains_speed() -> No
     assert np.linalg.norm(first.velocity_mps) < 0.8 * SPEED_MPS
     flight.run(12.0)
     assert flight.autopilot.nearest_obstacle_m >= MARGIN_M
-
-
-def test_before_a_wall_it_holds_its_place() -> None:
-    """It neither climbs nor sinks nor comes nearer by decisions that are nearer to the wish."""
-    flight = straight_on(0.0, wall(2.5))
-    flight.run(12.0)
-    late = np.array(flight.track[-60:])
-    assert np.ptp(late, axis=0).max() < 0.1
-    assert flight.autopilot.nearest_obstacle_m >= MARGIN_M

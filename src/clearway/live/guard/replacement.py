@@ -18,7 +18,7 @@ from clearway.live.guard.held import Held
 from clearway.live.guard.holding import Holding, is_certain
 from clearway.live.guard.leg import off_kept_pitch
 from clearway.live.guard.nearest import NearnessToWish, overshoot_m
-from clearway.live.guard.wish import VelocityWish, Wish
+from clearway.live.guard.wish import Wish
 from clearway.live.knowledge import Knowledge
 from clearway.live.link.guarded import Guarded
 from clearway.live.mission import Mode
@@ -29,7 +29,6 @@ LEVEL_RAD = math.radians(2.0)
 """A pitch that is no farther off counts as one that movements keep."""
 NOT_GOOD = (Basis.EMERGENCY, Basis.NO_LOITER)
 FLOWN_ON = "; the held escape is flown on"
-HELD_ON = "; the place is held until one passes"
 
 
 class Replacement:
@@ -62,8 +61,6 @@ class Replacement:
         goes_on = held is not None and held.leg is None and now < held.renew_s - 1e-6
         if goes_on and not threat:
             return None, ""
-        if not threat and isinstance(wish, VelocityWish) and self._waits(held, now):
-            return None, HELD_ON
         if held is not None and held.loop and not threat and self._between_pitches(state):
             return None, f"{FLOWN_ON} to a pitch that movements keep"
         decision = self._decide(wish, asked)
@@ -79,13 +76,6 @@ class Replacement:
                 return None, FLOWN_ON
         self._holding.take_decision(decision)
         return decision, f"; {explanation(decision, Mode.AVOIDANCE, obstacle_map)}"
-
-    def _waits(self, held: Held | None, now: float) -> bool:
-        """Whether a vehicle that steers by inertia stands, and can go on to: decisions would lead
-        it up, down and nearer, and each costs it some of the margin."""
-        if held is None or not (held.loop and self.planner.automaton.has_inertia):
-            return False
-        return self._holding.stands(now)
 
     def _between_pitches(self, state: State) -> bool:
         """Whether movements from here would climb or sink for ever."""
