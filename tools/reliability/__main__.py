@@ -1,7 +1,9 @@
 """`python -m tools.reliability --journal reliability.jsonl`: goes on where it was cut off.
 
-`--fit` makes the table of the calibrated rating from the first set of seeds; `--write` puts tables
-of the held-out seeds into docs/results/calibration.md, and draws its picture.
+`--of clearances` looks at the clearance that decisions keep until the next one, `--of traffic` at
+places of recorded aircraft, instead of at ratings. `--fit` makes the table of
+the calibrated rating, or of clearances, from the first set of seeds; `--write` puts tables of the
+held-out seeds into docs/results/calibration.md, and draws its picture.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from clearway.avoidance.rate.calibration import CLASSES
 from clearway.studies.reliability.bins import BINS
 from clearway.studies.reliability.fit import fitted
 from clearway.studies.reliability.record import FITTED
+from tools.reliability import kept_flights, kept_page, traffic_page
 from tools.reliability.flights import FIT, HELD_OUT, TABLE, counts_of, flights
 from tools.reliability.page import PAGE, write
 
@@ -45,7 +48,19 @@ def main() -> None:
     parser.add_argument("--journal", type=Path, default=Path("reliability.jsonl"))
     parser.add_argument("--fit", action="store_true", help=f"make {TABLE} of the first set")
     parser.add_argument("--write", action="store_true", help=f"tables into {PAGE}, and its picture")
+    parser.add_argument("--of", choices=("ratings", "clearances", "traffic"), default="ratings")
+    parser.add_argument("recordings", type=Path, nargs="*", help="of aircraft, with --of traffic")
     given = parser.parse_args()
+    if given.of == "traffic":
+        traffic_page.write(given.recordings)
+        return
+    if given.of == "clearances":
+        rows = kept_flights.flights(given.journal, FIT if given.fit else HELD_OUT)
+        if given.fit:
+            kept_page.fit(rows)
+        elif given.write:
+            kept_page.write(rows)
+        return
     if given.fit:
         fit(flights(given.journal, FIT))
         return

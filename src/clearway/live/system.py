@@ -28,8 +28,9 @@ from clearway.live.inputs.readings import TIME_TOLERANCE_S, Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.mission import Detour, Mission, Mode, Progress
 from clearway.live.outputs.alarms import AlarmFacts, AlarmWatch
-from clearway.live.outputs.alerting import TrafficPicture, traffic_picture
+from clearway.live.outputs.alerting import TrafficPicture, coverings_after, traffic_picture
 from clearway.live.outputs.flight_decision import FlightDecision
+from clearway.live.outputs.kept_clearance import KeptClearance, bound_clearance, view_of
 from clearway.live.outputs.modes import ModeFacts, ModeState, mode_after
 from clearway.live.plan import Plan
 from clearway.live.preflight.escape_plan import escape_plan
@@ -38,6 +39,7 @@ from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
+from clearway.traffic.covering import Covering
 from clearway.traffic.volumes import Alerts
 from clearway.vehicle.automaton import Movement
 from clearway.vehicle.buffer import MovementBuffer
@@ -86,10 +88,13 @@ class AvoidanceSystem:
         self._detour = detour
         self._plan = Plan(planner.automaton)
         self._alerts = Alerts()
+        self._coverings: dict[str, Covering] = {}
         self._mode: ModeState | None = None
         promised = self.escape.within if self.escape.flown in BY_SIGHT else None
         self._alarm_watch = AlarmWatch(planner, tuple(lidars), promised)
         self._watch = PlanWatch(planner, self._known)
+        self._view = view_of(self._known.sensing.sensors.values())
+        self._kept: KeptClearance | None = None
         self._told: dict[str, int] = {}
 
     def __repr__(self) -> str:
@@ -204,6 +209,7 @@ class AvoidanceSystem:
             # Where nothing leads on.
             commitment = replace(commitment, stood=STANDING_IS_WANTED, stays=True)
         decision = decide(planner, situation, commitment=commitment)
+        self._kept = bound_clearance(decision, self._view, self._plan.decision, self._kept)
         self._watch.note_decision(situation)
         picture = self._look_at_traffic(situation)
         self._follow(decision, now, begins_s)
@@ -227,7 +233,9 @@ class AvoidanceSystem:
         volumes = self.planner.settings.alert_volumes
         if volumes is None:
             return None
-        picture = traffic_picture(self._alerts, volumes, self.planner.performance, situation)
+        self._coverings = coverings_after(self._coverings, situation.intruders)
+        able = self.planner.performance
+        picture = traffic_picture(self._alerts, volumes, able, situation, self._coverings)
         self._alerts = picture.alerts
         return picture
 
@@ -286,6 +294,7 @@ class AvoidanceSystem:
             self._known.blind_s(now),
             self._alarm_watch.alarms,
             false_share,
+            self._kept,
         )
 
     def leave_plan(self) -> None:

@@ -16,6 +16,7 @@ from clearway.avoidance.speed_choice import Sight, SpeedChoice
 from clearway.base.version import SCHEMA_VERSION
 from clearway.io.json_values import round_number
 from clearway.live import FlightDecision
+from clearway.live.outputs.kept_clearance import KeptClearance
 from clearway.sim import LoggedDecision, Run
 from clearway.sim.pilot import Steering
 
@@ -72,6 +73,15 @@ def _when_and_why(entry: LoggedDecision[Steering]) -> dict[str, Any]:
         "mode": str(flight.mode),
         "goal": flight.goal,
         "explanation": flight.explanation,
+    }
+
+
+def _describe_kept(kept: KeptClearance) -> dict[str, Any]:
+    """The clearance that is kept with 95 % until the next decision, and what it is made of."""
+    return {
+        "kept_clearance_m": round_number(kept.bound_m),
+        "kept_predicted_m": round_number(kept.predicted_m),
+        "kept_level": round_number(kept.level),
     }
 
 
@@ -140,6 +150,7 @@ def _make_assessed_record(
         "continuations": round_number(choice.continuations),
         "clearance_m": round_number(choice.clearance_m),
         "limited_by": choice.limited_by.name.lower(),
+        **({} if flight.kept is None else _describe_kept(flight.kept)),
         "way_out": _way_out(decision.way_out),
         "no_way_out": list(decision.no_way_out),
         **({"tube_m": _list(decision.tube_m)} if decision.tube_m.any() else {}),

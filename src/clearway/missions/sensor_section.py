@@ -38,6 +38,8 @@ class OwnSensor:
     returns: Callable[[Scan, State, float, float], tuple[FloatArray, FloatArray]]
     passes: Callable[[Scan, State, FloatArray, FloatArray, float], BoolArray]
     scan: Callable[[World, State, np.random.Generator], Scan]
+    all_round: bool = False
+    """Whether it looks all round the vehicle, where the user's says so."""
 
 
 AnyKind = Lidar | OwnSensor
@@ -77,6 +79,7 @@ def _own(label: str, found: Any) -> MakeSensor:
             for name in ASKED
             if name not in plain
         }
+        asked["all_round"] = bool(getattr(sensor, "all_round", False))
         return OwnSensor(*(getattr(sensor, name) for name in plain), **asked)
 
     return make

@@ -133,6 +133,14 @@ def path_clearance(
     return Clearance(distance, Cause(cause), index)
 
 
+def nearest_within(
+    paths: Paths, node: int, points: PointBins, hazards: Hazards, within_m: float
+) -> Found:
+    """Clearance of the path to the end of `node` from shapes and what moves of some hazards, and
+    from points instead of theirs; `within_m` without any cause where nothing is nearer."""
+    return _path_clearance(paths, node, points, hazards.shapes, hazards.moving, within_m)
+
+
 def _farthest_m(paths: Paths, node: int) -> float:
     """How far from the start the path to the end of `node` may come."""
     farthest = 0.0

@@ -9,6 +9,7 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.rules import RuleNote
 from clearway.base.brief import runs
 from clearway.live.mission import Mode
+from clearway.live.outputs.kept_clearance import KeptClearance
 from clearway.obstacles.obstacle_map import ObstacleMap
 
 WHERE = {Side.LEFT: "left of", Side.STRAIGHT: "on", Side.RIGHT: "right of"}
@@ -17,13 +18,18 @@ NOT_REACHABLE = "not reachable as far as seen"
 
 
 def explanation(
-    decision: Decision, mode: Mode, obstacle_map: ObstacleMap | None, held: str | None = None
+    decision: Decision,
+    mode: Mode,
+    obstacle_map: ObstacleMap | None,
+    held: str | None = None,
+    kept: KeptClearance | None = None,
 ) -> str:
     """One line per decision for the log and for people; held: why the vehicle only holds."""
     choice = decision.choice
     parts = [
         f"{mode}: {runs(decision.movements)}, {WHERE[choice.side]} the way to the goal",
-        f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}",
+        f"P_R {choice.rating:.3f}, P_D {choice.feasibility:.3f}, {_clearance(decision)}"
+        + ("" if kept is None else f", {kept.in_words}"),
         str(choice.basis),
     ]
     if decision.speed is not None:

@@ -13,6 +13,7 @@ from clearway.live.mission import Mode
 from clearway.live.outputs.alarms import MOST_FALSE, Alarm, say_false
 from clearway.live.outputs.alerting import TrafficPicture
 from clearway.live.outputs.explain import explanation
+from clearway.live.outputs.kept_clearance import KeptClearance
 from clearway.live.outputs.modes import NOTHING_SENSED, ModeState
 from clearway.obstacles.obstacle_map import ObstacleMap
 
@@ -44,11 +45,14 @@ class FlightDecision:
     """What is wrong with the flight: a promise not kept, a goal that is left."""
     false_share: float = 0.0
     """Estimated share of the beams of a LiDAR with false returns; 0 where none stand out."""
+    kept: KeptClearance | None = None
+    """The clearance that is kept with 95 % until the next decision."""
 
     @cached_property
     def explanation(self) -> str:
         """One line for the log and for people."""
-        words = explanation(self.decision, self.mode, self.obstacle_map, self.mode_state.held)
+        held = self.mode_state.held
+        words = explanation(self.decision, self.mode, self.obstacle_map, held, self.kept)
         if self.blind_s is not None and self.mode is not Mode.HOLD:
             words += f"; {NOTHING_SENSED} for {self.blind_s:.1f} s"
         if self.in_doubt:

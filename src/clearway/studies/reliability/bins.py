@@ -88,14 +88,24 @@ def reliability(flights: FloatArray) -> Reliability:
 def _point(flights: FloatArray) -> DiagramBin:
     """A bin of many flights [flights, 5]."""
     there = flights[flights[:, 0] > 0]
-    n, good, said = there[:, 0].sum(), there[:, 1].sum(), there[:, 2].sum()
-    share = good / n
-    off = there[:, 1] - share * there[:, 0]
+    share, low, high = share_by_flights(there[:, 1], there[:, 0])
+    n, said = there[:, 0].sum(), there[:, 2].sum()
+    return DiagramBin(float(said / n), share, low, high, int(n), len(there))
+
+
+def share_by_flights(good: FloatArray, number: FloatArray) -> tuple[float, float, float]:
+    """Share of moments that were good, and its interval, from counts [flights] of each flight.
+
+    Flights are independent, moments of one are not: the interval is Clopper and Pearson's at the
+    effective sample size.
+    """
+    n = number.sum()
+    share = good.sum() / n
+    off = good - share * number
     variance = (off @ off) / n**2
-    worth = share * (1.0 - share) / variance if variance > 0.0 else float(len(there))
+    worth = share * (1.0 - share) / variance if variance > 0.0 else float(len(number))
     worth = min(max(worth, 1.0), n)
-    low, high = clopper_pearson(share * worth, worth)
-    return DiagramBin(float(said / n), float(share), low, high, int(n), len(there))
+    return float(share), *clopper_pearson(share * worth, worth)
 
 
 def clopper_pearson(

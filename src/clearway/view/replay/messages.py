@@ -49,7 +49,10 @@ def scalars_message(told: dict[str, Any]) -> dict[str, Any]:
     """What of a decision's message is a number, for plots; mode and alert by their order."""
     way_out = told.get("way_out") or {}
     level = (told.get("traffic") or {}).get("level", AlertLevel.NONE.name.lower())
-    same = ("cost_m", "rating", "clearance_m", "margin_asked_m", "margin_kept_m", "scan_age_s")
+    same = (
+        "cost_m", "rating", "clearance_m", "kept_clearance_m", "margin_asked_m", "margin_kept_m",
+        "scan_age_s",
+    )  # fmt: skip
     return {
         "time_s": told["time_s"],
         "mode": list(Mode).index(Mode(told["mode"])),

@@ -136,6 +136,8 @@ class Panel {
     const parts = [list([
       ["passes", made.side === "straight" ? "straight ahead" : `${made.side} of the way`],
       ["clearance", clear],
+      ...(made.kept_clearance_m === undefined ? [] : [["kept with 95 %",
+        `${figure(made.kept_clearance_m, "m")} of ${figure(made.kept_predicted_m, "m")} foreseen`]]),
       ["margin kept", figure(made.margin_kept_m, "m")],
       ["rating P_R", figure(made.rating, "", 3)],
       ["feasibility P_D", figure(made.feasibility, "", 3)],

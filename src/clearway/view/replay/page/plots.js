@@ -10,6 +10,8 @@ const LANES = [
     note: "dashed: fastest that stops within sight" },
   { name: "clearance of the plan", unit: "m", of: (made) => made.clearance_m ?? null,
     beside: (made) => made.margin_asked_m ?? null, colour: "#4f5b67" },
+  { name: "clearance kept with 95 %", unit: "m", of: (made) => made.kept_clearance_m ?? null,
+    beside: (made) => made.margin_asked_m ?? null, colour: "#088c82" },
   { name: "cost", unit: "m", of: (made) => made.cost_m ?? null, colour: "#1f5fbf" },
   { name: "decision time", unit: "ms", of: (made) => made.elapsed_ms ?? null, colour: "#7b3fa0" },
   { name: "alert", unit: "", of: alertOf, most: ALERTS.length - 1, colour: "#c2186b" },
