@@ -55,8 +55,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-FLY, SEE, LIVE = "Fly in simulation", "Look at data", "Fly a vehicle"
-STUDY, MODEL, FILES = "Study", "Model a vehicle", "Files to try"
+FLY = "Fly in simulation"
+SEE = "Look at data"
+LIVE = "Fly a vehicle"
+STUDY = "Study"
+MODEL = "Model a vehicle"
+FILES = "Files to try"
 COMMANDS: tuple[tuple[str, dict[str, Callable[..., None]]], ...] = (
     (FLY, {"fly": fly, "compare": compare, "campaign": campaign, "replay": replay, "why": why}),
     (SEE, {"assess": assess, "map": show_map, "traffic": traffic, "alerts": alerts}),

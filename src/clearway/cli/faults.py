@@ -83,7 +83,7 @@ def faults(
     ] = False,
 ) -> None:
     """Fly worlds with growing faults: exit status 0 if no flight crashed or lost its margin."""
-    from clearway.cli.faults_table import print_table, put_table
+    from clearway.cli.faults_table import print_faults_table, put_table
     from clearway.io.results_folder import ResultsFolder, refuse_unwritable_file
     from clearway.studies.faults import STUDIES
 
@@ -108,7 +108,7 @@ def faults(
     if as_json:
         print_json(told)
     else:
-        print_table(points)
+        print_faults_table(points)
     _write(points, told, results, pictures)
     if docs is not None:
         put_table(points, docs)

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clearway.cli.tables import WIDE
+from clearway.cli.tables import TABLE_WIDTH
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -60,12 +60,12 @@ def put_table(points: Sequence[Point], page: Path) -> None:
     put_between_marks(page, f"faults-{first.escape_asked}", "\n".join(lines))
 
 
-def print_table(points: Sequence[Point]) -> None:
+def print_faults_table(points: Sequence[Point]) -> None:
     """Print the points for the console: a line for each fault and variant, its levels below."""
     print(f"{title_of(points)}; level: arrived with margin")
     for title, unit, variant, levels in _rows(points):
         print(f"{title}, {unit}; {variant}")
-        print(textwrap.fill(levels, WIDE, initial_indent="    ", subsequent_indent="    "))
+        print(textwrap.fill(levels, TABLE_WIDTH, initial_indent="    ", subsequent_indent="    "))
     print(f"{REST.capitalize()}.{_others(points)}")
 
 

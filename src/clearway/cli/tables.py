@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 # Columns of a table: those of a usual terminal. Longer cells are folded, and never cut off.
-WIDE = 100
+TABLE_WIDTH = 100
 
 
 def plain_table(texts: Sequence[str], numbers: Sequence[str], title: str | None = None) -> Table:
@@ -31,7 +31,7 @@ def print_table(table: Table) -> None:
     """Print a table between empty lines, without blanks at the ends of its lines."""
     from rich.console import Console
 
-    console = Console(width=WIDE)
+    console = Console(width=TABLE_WIDTH)
     with console.capture() as captured:
         console.print(table)
     lines = [line.rstrip() for line in captured.get().splitlines()]
