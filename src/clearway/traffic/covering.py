@@ -30,8 +30,10 @@ FASTEST_LIGHT_MPS = 100.0
 """Faster aircraft are airliners."""
 HOVERS_MPS = 20.0
 """Slower ones hover, land or taxi: they may go off any way."""
-UNSURE_M, UNSURE_MPS = 15.0, 1.5
-"""Deviations of what is reported, per axis."""
+UNSURE_M = 15.0
+"""Deviation of a place that is reported, per axis."""
+UNSURE_MPS = 1.5
+"""Deviation of a velocity that is reported, per axis."""
 LATE_S = 2.0
 """By how much a report may miss the time that was predicted for, and still judge it."""
 TURN_S = 4.0
