@@ -70,10 +70,10 @@ def test_while_pictures_are_drawn_the_flight_is_there(tmp_path: Path) -> None:
 BUSY = """
 import hashlib, signal, sys
 from clearway.cli.interrupts import end_soon_on_interrupt
-from clearway.io.staging import staged
+from clearway.io.staging import stage_folder
 end_soon_on_interrupt()
 {before}
-with staged("out") as scratch:
+with stage_folder("out") as scratch:
     (scratch / "half.txt").write_text("half")
     print("ready", flush=True)
     hashlib.pbkdf2_hmac("sha256", b"", b"", {rounds})  # Returns to Python at its end alone.

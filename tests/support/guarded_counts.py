@@ -144,23 +144,36 @@ class Wishes:
         self, place_m: np.ndarray, velocity_mps: np.ndarray, braking: Braking
     ) -> bool:
         """Whether the way of the wish, for as long as it counts and then to a stop, is far from
-        everything, as is all that it is seen from; as late and hard as the vehicle brakes."""
+        everything, as is all that it is seen from; as late and hard as the vehicle brakes, and as
+        soon and hard as its autopilot may gain speed."""
         if np.linalg.norm(self.wish) > self._speed_mps:
             return False
+        gaps = [
+            self._world.distance_m(np.concatenate([way, np.linspace(place_m, way[-1], 50)]))
+            for way in (
+                self._way(place_m, velocity_mps, braking, braking),
+                self._way(place_m, velocity_mps, braking.late, braking.eager),
+            )
+        ]
+        return min(float(one.min()) for one in gaps) >= MARGIN_M + NOTHING_M
+
+    def _way(
+        self, place_m: np.ndarray, velocity_mps: np.ndarray, braking: Braking, gains: Braking
+    ) -> np.ndarray:
+        """[n, 3] places of a vehicle that comes to the wish by one, and to a stop by the other."""
         times, velocity, place, way = 0.02, velocity_mps.copy(), place_m.copy(), [place_m]
         for step in range(1000):
             begun_s = step * times
-            goal = self.wish if begun_s < HOLD_S + braking.late_s else np.zeros(3)
-            change = goal - velocity
-            most = braking.acceleration_mps2 * times * (begun_s >= braking.late_s)
+            wished = begun_s < HOLD_S + braking.late_s
+            change = (self.wish if wished else np.zeros(3)) - velocity
+            most = (gains if wished else braking).acceleration_mps2 * times
+            most *= begun_s >= gains.late_s
             velocity = velocity + change * min(1.0, most / max(np.linalg.norm(change), 1e-12))
             place = place + times * velocity
             way.append(place)
-            if begun_s >= HOLD_S + braking.late_s and not velocity.any():
+            if not wished and not velocity.any():
                 break
-        seen = np.linspace(place_m, way[-1], 50)
-        gaps = self._world.distance_m(np.concatenate([np.array(way), seen]))
-        return float(gaps.min()) >= MARGIN_M + NOTHING_M
+        return np.array(way)
 
 
 def _guarded(

@@ -205,7 +205,7 @@ def _print_table(mission: str, standings: Sequence[PlannerStanding]) -> None:
             "decision_ms_p99": _text(row.decision_ms_p99, 2),
         }
         if row.hidden:
-            cells |= dict.fromkeys(AVOIDING, NOT_APPLICABLE)
+            cells |= {name: NOT_APPLICABLE for name in AVOIDING if name in cells}
         table.add_row(shorten_own_name(row.planner), *cells.values())
     print_table(table)
     for line in not_known((row.planner, row.hidden) for row in standings):
