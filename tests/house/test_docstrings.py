@@ -113,7 +113,10 @@ def public_callables() -> Iterator[tuple[str, Callable[..., Any], str]]:
 
 def arguments(called: Callable[..., Any]) -> list[str]:
     """Parameters as a docstring lists them, with their stars, but for self and cls."""
-    stars = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
+    stars: dict[object, str] = {
+        inspect.Parameter.VAR_POSITIONAL: "*",
+        inspect.Parameter.VAR_KEYWORD: "**",
+    }
     return [
         stars.get(each.kind, "") + each.name
         for each in inspect.signature(called).parameters.values()

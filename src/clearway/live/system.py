@@ -305,7 +305,7 @@ class AvoidanceSystem:
         Raises
         ------
         ClearwayError
-            For what is no time.
+            If no own state estimate has come yet, and for what is no time.
         """
         now = self._known.catch_up(now_s)
         if self.planner.automaton.has_inertia:
@@ -400,6 +400,11 @@ class AvoidanceSystem:
         ----------
         place_m
             [3] world frame.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no such place.
         """
         self._known.sensing.begin_at(place_m)
 

@@ -142,6 +142,11 @@ class Guardian:
         ----------
         place_m
             [3] world frame.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no such place.
         """
         self._known.sensing.begin_at(place_m)
 
