@@ -196,8 +196,9 @@ def _methods(name: str, value: type) -> str:
                 lines.append(f"- `{name}.{key}`: {told}\n")
             elif callable(getattr(value, key)):
                 signature = _signature(f"{name}.{key}", getattr(value, key))
-                signature = re.sub(r"(?<=\()self(?:, )?|,?\n(?=\))|(?<=\()\n    ", "", signature)
+                signature = re.sub(r",?\n(?=\))|(?<=\()\n    ", "", signature)
                 signature = re.sub(r"\n    ", " ", signature)
+                signature = re.sub(r"(?<=\()self(?:, )?", "", signature)
                 lines.append(f"- `{signature}`: {told}\n{_listed(found)}")
     return ("\n" + "".join(lines)) if lines else ""
 
