@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import dedent
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -106,13 +106,48 @@ class _Plain:
         return "..." if text.startswith("<") else text.replace("'", '"')
 
 
+SECTION = re.compile(r"^(\w+)\n-+\n", re.MULTILINE)
+"""The heading of a section, as NumPy writes it."""
+
+
+class Docstring(NamedTuple):
+    """A docstring taken apart."""
+
+    prose: str
+    sections: dict[str, str]
+    """Text by heading, such as Parameters."""
+
+    @classmethod
+    def of(cls, value: Any) -> Docstring:
+        prose, *rest = SECTION.split(inspect.getdoc(value) or "")
+        return cls(prose.strip(), dict(zip(rest[::2], rest[1::2], strict=True)))
+
+    def entries(self, heading: str) -> dict[str, str]:
+        """What a section lists: names, or types, with their meanings in one line."""
+        found: dict[str, list[str]] = {}
+        for line in self.sections.get(heading, "").splitlines():
+            if line and not line.startswith(" "):
+                found[line] = meaning = []
+            elif line:
+                meaning.append(line.strip())
+        return {name: " ".join(meaning) for name, meaning in found.items()}
+
+
 def _doc(value: Any) -> str:
-    """The docstring, examples as code."""
-    text = inspect.getdoc(value) or ""
+    """The docstring, its sections as lists and its examples as code."""
+    docstring = Docstring.of(value)
+    parts = [docstring.prose]
+    for heading in docstring.sections:
+        if heading == "Examples":
+            parts.append(docstring.sections[heading].strip())
+        else:
+            entries = docstring.entries(heading).items()
+            listed = "\n".join(f"- `{name}`: {meaning}" for name, meaning in entries)
+            parts.append(f"**{heading}**\n\n{listed}")
     return re.sub(
         r"(?:^>>> .*\n?(?:^(?!>>> |\n).+\n?|^>>> .*\n?)*)+",
         lambda example: f"```pycon\n{example[0].rstrip()}\n```\n",
-        f"{text}\n",
+        "\n\n".join(parts) + "\n",
         flags=re.MULTILINE,
     )
 
@@ -148,20 +183,35 @@ def _documented(value: type) -> dict[str, tuple[str, str]]:
 
 
 def _methods(name: str, value: type) -> str:
-    """Public methods and properties in their order, each with its first line."""
-    lines = []
+    """Public methods and properties in their order, each with its first line and its sections."""
+    lines, fields = [], _documented(value)
     for ancestor in value.__mro__:
         if not ancestor.__module__.startswith("clearway"):
             continue
         for key, found in vars(ancestor).items():
             told = (inspect.getdoc(found) or "").split("\n\n")[0].replace("\n", " ")
-            if key.startswith("_") or not told or key in getattr(value, "model_fields", ()):
+            if key.startswith("_") or not told or key in fields:
                 continue
             if isinstance(found, property) or hasattr(found, "attrname"):
                 lines.append(f"- `{name}.{key}`: {told}\n")
             elif callable(getattr(value, key)):
-                lines.append(f"- `{_signature(f'{name}.{key}', getattr(value, key))}`: {told}\n")
-    return ("\n" + "".join(re.sub(r"\n    |\n(?=\))", " ", one) for one in lines)) if lines else ""
+                signature = _signature(f"{name}.{key}", getattr(value, key))
+                signature = re.sub(r",?\n(?=\))|(?<=\()\n    ", "", signature)
+                signature = re.sub(r"\n    ", " ", signature)
+                signature = re.sub(r"(?<=\()self(?:, )?", "", signature)
+                lines.append(f"- `{signature}`: {told}\n{_listed(found)}")
+    return ("\n" + "".join(lines)) if lines else ""
+
+
+def _listed(method: Any) -> str:
+    """The sections of a method as a list below its line."""
+    docstring = Docstring.of(method)
+    lines = [f"`{name}`: {meaning}" for name, meaning in docstring.entries("Parameters").items()]
+    lines += [f"Returns: {meaning}" for meaning in docstring.entries("Returns").values()]
+    lines += [
+        f"Raises `{name}`: {meaning}" for name, meaning in docstring.entries("Raises").items()
+    ]
+    return "".join(f"    - {line}\n" for line in lines)
 
 
 def main() -> None:

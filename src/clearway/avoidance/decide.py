@@ -46,6 +46,11 @@ def decide(
     commitment
         What the last decision binds this one to; None binds to nothing.
 
+    Returns
+    -------
+    Decision
+        Movements and path, world frame, with everything that they were derived from.
+
     Raises
     ------
     ClearwayError

@@ -42,11 +42,13 @@ class GridEdges(NamedTuple):
 class AvoidanceGrid:
     """Polar cells between edges; `AvoidanceGrid.uniform` makes the usual ones.
 
-    range_edges_m: [layers + 1] ascending, the first >= 0. azimuth_edges_rad: [columns + 1] within
-    [-pi, pi], left positive. elevation_edges_rad: [rows + 1] within [-pi/2, pi/2], up positive.
-    Raises ClearwayError naming the axis when edges do not ascend, are not finite or leave their
-    interval.
+    Raises
+    ------
+    ClearwayError
+        Naming the axis when edges do not ascend, are not finite or leave their interval.
 
+    Examples
+    --------
     >>> import clearway as cw
     >>> grid = cw.AvoidanceGrid.uniform(range_m=10.0)
     >>> grid.shape, grid.cells, grid.range_m
@@ -54,9 +56,12 @@ class AvoidanceGrid:
     """
 
     range_edges_m: FloatArray
+    """[layers + 1] ascending, the first >= 0."""
     azimuth_edges_rad: FloatArray
+    """[columns + 1] ascending within [-pi, pi], left positive."""
     _: KW_ONLY
     elevation_edges_rad: FloatArray
+    """[rows + 1] ascending within [-pi/2, pi/2], up positive."""
 
     def __post_init__(self) -> None:
         limits = {
@@ -81,7 +86,33 @@ class AvoidanceGrid:
         elevation_deg: float | tuple[float, float] = 30.0,
         rows: int = 5,
     ) -> AvoidanceGrid:
-        """Evenly spaced cells; a single angle means plus and minus it, a single range from 0."""
+        """Make a grid of evenly spaced cells.
+
+        Parameters
+        ----------
+        range_m
+            Nearest and farthest edge; a single one means from 0.
+        layers
+            Cells along the range.
+        azimuth_deg
+            Rightmost and leftmost edge, left positive; a single one means plus and minus it.
+        columns
+            Cells along the azimuth.
+        elevation_deg
+            Lowest and highest edge, up positive; a single one means plus and minus it.
+        rows
+            Cells along the elevation.
+
+        Returns
+        -------
+        AvoidanceGrid
+            Of layers x columns x rows cells.
+
+        Raises
+        ------
+        ClearwayError
+            For edges that are no numbers or leave their interval, and for no cells.
+        """
         for name, count in (("layers", layers), ("columns", columns), ("rows", rows)):
             if not isinstance(count, int | np.integer) or count < 1:
                 raise ClearwayError(f"grid {name}: a whole number from 1 is needed, got {count!r}")
@@ -166,9 +197,19 @@ class AvoidanceGrid:
         )
 
     def patch_area_m2(self, radius_m: float) -> FloatArray:
-        """[columns, rows] area of each column's patch at a radius: (5.43), (5.44).
+        """Return the area of each column's patch at a radius: (5.43), (5.44).
 
         The integral of the area element (3.54), whose E, F and G are those of (3.53).
+
+        Parameters
+        ----------
+        radius_m
+            Distance from the origin of the grid.
+
+        Returns
+        -------
+        FloatArray
+            [columns, rows] in square metres.
         """
         return (
             radius_m**2
@@ -177,14 +218,41 @@ class AvoidanceGrid:
         )
 
     def cell_of(self, points_m: npt.ArrayLike) -> IntArray:
-        """[n] flat cell index of points [n, 3] in the grid frame; -1 outside the grid."""
+        """Find the cells that points lie in.
+
+        Parameters
+        ----------
+        points_m
+            [n, 3] grid frame.
+
+        Returns
+        -------
+        IntArray
+            [n] flat cell index; -1 outside the grid.
+
+        Raises
+        ------
+        ClearwayError
+            For points of another shape.
+        """
         points = np.ascontiguousarray(points_m, dtype=np.float64)
         if points.shape[-1:] != (3,):
             raise ClearwayError(f"grid: points must have shape [n, 3], got {list(points.shape)}")
         return _cells_of(points.reshape(-1, 3), self.edges).reshape(points.shape[:-1])
 
     def reshape(self, per_cell: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-        """A [cells] array as [layers, columns, rows]."""
+        """Return values of cells by layer, column and row.
+
+        Parameters
+        ----------
+        per_cell
+            [cells] values.
+
+        Returns
+        -------
+        ndarray
+            [layers, columns, rows] the same values.
+        """
         return per_cell.reshape(self.shape)
 
 

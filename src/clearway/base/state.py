@@ -53,9 +53,14 @@ def freeze_three(values: npt.ArrayLike, largest: float = LARGEST) -> FloatArray 
 class State:
     """Own state estimate of the vehicle (4.1), world frame, with what is known of its accuracy.
 
-    Raises InputError naming every value that cannot be used: not finite, out of range, or a
-    deviation below 0, by which some say "unknown".
+    Raises
+    ------
+    InputError
+        Naming every value that cannot be used: not finite, out of range, or a deviation below 0,
+        by which some say "unknown".
 
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> cw.State(np.array([1.0, 2.0, 30.0]), [0.0, 0.0, np.pi / 2]).world_from_body.shape

@@ -46,9 +46,14 @@ class Mode(StrEnum):
 class Mission:
     """Ordered waypoints (6.1), flown from a start state, then the landing points.
 
-    Raises InputError naming every problem: a start that is no State, points that are no [n, 3], too
-    few waypoints, numbers that are not finite, and neighbours closer than the reach radius.
+    Raises
+    ------
+    InputError
+        Naming every problem: a start that is no State, points that are no [n, 3], too few
+        waypoints, numbers that are not finite, and neighbours closer than the reach radius.
 
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> cw.Mission("out", cw.State(np.zeros(3)), waypoints_m=np.array([[30.0, 0.0, 0.0]]))

@@ -52,10 +52,27 @@ class AvoidanceSystem:
     The caller tells the time, and readings are checked against it: they wait for the next
     question. A clock that is set, either way, is counted and told; see `live.inputs.clock`.
 
-    planner: its settings say how readings are taken too. lidars: LiDARs, and whatever else is a
-    `sensors.RangeSensor`; with several of them, those that the others contradict are no longer
-    believed (see `sensors.several.trust`).
+    Parameters
+    ----------
+    planner
+        Its settings say how readings are taken too.
+    mission
+        What to fly, world frame.
+    lidars
+        LiDARs, and whatever else is a `sensors.RangeSensor`. Of several, those that the others
+        contradict are no longer believed (see `sensors.several.trust`).
+    obstacle_map
+        What was known before take-off, world frame.
+    detour
+        Finds a way round what blocks the goal, world frame; None goes by what is known.
 
+    Raises
+    ------
+    ClearwayError
+        For a planner or a mission that is none.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
@@ -152,10 +169,24 @@ class AvoidanceSystem:
     # --- readings -------------------------------------------------------------------------
 
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
-        """Make a reading of raw values and take it, as `update` does; returns whether it could be.
+        """Make a reading of raw values and take it, as `update` does.
 
         For values that are not checked yet: what a State, Scan or Intruder refuses to be made of
         is counted by what is wrong with it, where making it oneself would raise.
+
+        Parameters
+        ----------
+        kind
+            What to make: `State`, `Scan` or `Intruder`.
+        *values
+            Its arguments by place.
+        **named
+            Its arguments by name.
+
+        Returns
+        -------
+        bool
+            Whether the reading could be made.
         """
         return self._known.receive(kind, *values, **named)
 
@@ -163,12 +194,32 @@ class AvoidanceSystem:
         """Take one reading; what cannot be used is counted by reason.
 
         What no time makes right is counted at once, the rest when the next question tells the time.
-        Raises ClearwayError for what is no reading at all.
+
+        Parameters
+        ----------
+        reading
+            Own state estimate, scan or intruder, as reported.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no reading at all.
         """
         self._known.put(reading)
 
     def catch_up(self, now_s: float) -> None:
-        """Take in what has come, checked against the time; `due` and `decide` do so themselves."""
+        """Take in what has come, checked against the time; `due` and `decide` do so themselves.
+
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no time.
+        """
         self._known.catch_up(now_s)
 
     @property
@@ -179,10 +230,25 @@ class AvoidanceSystem:
     # --- decisions ------------------------------------------------------------------------
 
     def due(self, now_s: float) -> str | None:
-        """Why a decision is due now, or None while the plan may be flown on.
+        """Return why a decision is due now.
 
         In the middle of the plan's first movement news counts only if it endangers the plan:
         decided anew with every scan, from between two movements, it would waver for ever.
+
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Returns
+        -------
+        str or None
+            The reason in words; None while the plan may be flown on.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no time.
         """
         return self._watch.due(self._plan, self._known.catch_up(now_s))
 
@@ -193,7 +259,20 @@ class AvoidanceSystem:
     def decide(self, now_s: float) -> FlightDecision:
         """Decide for the present moment; `movement_at` and `state_at` tell what is flown then.
 
-        Raises ClearwayError if no own state estimate has come yet.
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Returns
+        -------
+        FlightDecision
+            What to fly from now on, in which mode, and why.
+
+        Raises
+        ------
+        ClearwayError
+            If no own state estimate has come yet, and for what is no time.
         """
         now = self._known.catch_up(now_s)
         insistence = self._insistence
@@ -216,7 +295,18 @@ class AvoidanceSystem:
         return self._describe_flight(decision, now, now_s, scan_age, picture)
 
     def keep_up(self, now_s: float) -> None:
-        """Do what is soon due beside decisions; for callers with time between them."""
+        """Do what is soon due beside decisions; for callers with time between them.
+
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Raises
+        ------
+        ClearwayError
+            If no own state estimate has come yet, and for what is no time.
+        """
         now = self._known.catch_up(now_s)
         if self.planner.automaton.has_inertia:
             prepare_next(self.planner, self._known.flown.class_at(now))
@@ -302,9 +392,19 @@ class AvoidanceSystem:
         self._plan = Plan(self.planner.automaton, had_certain=self._plan.had_certain)
 
     def begin_at(self, place_m: FloatArray) -> None:
-        """Take a place [3] for the start, where the vehicle is handed over elsewhere.
+        """Take a place for the start, where the vehicle is handed over elsewhere.
 
         The ball about it counts as seen to be free, as far as nothing was seen to stand in it.
+
+        Parameters
+        ----------
+        place_m
+            [3] world frame.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no such place.
         """
         self._known.sensing.begin_at(place_m)
 
@@ -313,9 +413,19 @@ class AvoidanceSystem:
         self._known.sensing.forget_free_space()
 
     def fly_to(self, place_m: npt.ArrayLike, now_s: float) -> None:
-        """A goal [3], or several [n, 3], in place of the mission, from here; a decision is due.
+        """Fly to one or several goals in place of the mission, from here; a decision is due.
 
-        Raises ClearwayError for what are no such places, and before an own state estimate has come.
+        Parameters
+        ----------
+        place_m
+            [3], or several [n, 3] in their order, world frame.
+        now_s
+            The present time, on the clock of the readings.
+
+        Raises
+        ------
+        ClearwayError
+            For what are no such places, and before an own state estimate has come.
         """
         known = self._known
         radius = self.mission.reach_radius_m
@@ -343,38 +453,92 @@ class AvoidanceSystem:
         return self._known.clock.to_stated(self._plan.holds_until_s)
 
     def escape_ends_s(self, time_s: float) -> float | None:
-        """When the escape held at a time has been flown, as `Plan.escape_ends_s`."""
+        """Return when the escape held at a time has been flown.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        float or None
+            As `Plan.escape_ends_s`, on the same clock.
+        """
         ends_s = self._plan.escape_ends_s(self._known.clock.own(time_s))
         return None if ends_s is None else self._known.clock.to_stated(ends_s)
 
     def movement_at(self, time_s: float) -> Movement | None:
-        """What to fly at a time: of the plan decided last, from that decision to the plan's end.
+        """Return what to fly at a time, of the plan decided last.
 
-        Where one movement ends, the next is flown. None before the first decision, at times before
-        the last one, and past the plan's end, where `due` has long asked for the next one.
+        Where one movement ends, the next is flown.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        Movement or None
+            None before the first decision, at times before the last one, and past the plan's end,
+            where `due` has long asked for the next one.
         """
         return self._plan.movement_at(self._known.clock.own(time_s))
 
     def state_at(self, time_s: float) -> State | None:
-        """Where the plan has the vehicle at a time, world frame; None when `movement_at` is.
+        """Return where the plan has the vehicle at a time.
 
-        Flown from the state that was decided for: a set-point, not an estimate of the
-        own state.
+        Flown from the state that was decided for: a set-point, not an estimate of the own state.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        State or None
+            World frame; None when `movement_at` is.
         """
         state = self._plan.state_at(self._known.clock.own(time_s))
         return replace(state, time_s=time_s) if state and self._known.clock.shifted else state
 
     def reference_at(self, time_s: float) -> Reference | None:
-        """What the plan asks of the vehicle at a time: where to be, how fast, and how that changes;
-        None when `movement_at` is."""
+        """Return what the plan asks of the vehicle at a time.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        Reference or None
+            Where to be, how fast, and how that changes, world frame; None when `movement_at` is.
+        """
         return self._plan.reference_at(self._known.clock.own(time_s))
 
     # --- what is known now ----------------------------------------------------------------
 
     def situation(self, now_s: float) -> tuple[Situation, float]:
-        """All that is known at a moment, and the age of the oldest scan used (NaN without any).
+        """Return all that is known at a moment.
 
-        Raises ClearwayError if no own state estimate has come yet.
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Returns
+        -------
+        tuple of Situation and float
+            What is known, world frame, and the age of the oldest scan used in seconds (NaN without
+            any).
+
+        Raises
+        ------
+        ClearwayError
+            If no own state estimate has come yet, and for what is no time.
         """
         situation, scan_age = self._situation(self._known.catch_up(now_s))
         if self._known.clock.shifted:

@@ -49,22 +49,46 @@ def assess(
 ) -> SceneAssessment:
     """Rate one moment: how likely, visible and reachable every cell of the grid is, no decision.
 
-    seen: a scan, scans of several LiDARs, the file of a scan, or a scene file (TOML), which states
-    all else itself. No scan at all, `[]`, leaves everything visible (4.19). grid: cells in the
-    body frame of the vehicle; by default the paper's, as deep as suits speed_mps, else 10 m. lidar:
-    of the scan; by default what `read_scan` found, or estimated from the points. state: own pose in
-    the world frame; by default the recorded one, else level at the origin. obstacle_map and
-    intruders: world frame, metres; intruders as reported, predicted to the time of the state.
-    speed_mps: of the vehicle
-    whose trajectories are rated; by default one layer a second. vehicle: "inertialess" (stops at
-    once), "multirotor" (accelerates and brakes) or "plane" (keeps its speed); by default the first
-    for a scan of a file, else a plane.
-    settings: of decisions, looked at more finely here. notice: called with sentences about what
-    was assumed or prepared.
+    Parameters
+    ----------
+    seen
+        A scan, scans of several LiDARs, the file of a scan, or a scene file (TOML), which states
+        all else itself. No scan at all, `[]`, leaves everything visible (4.19).
+    grid
+        Cells in the body frame of the vehicle; by default the paper's, as deep as suits
+        `speed_mps`, else 10 m.
+    lidar
+        Of the scan; by default what `read_scan` found, or estimated from the points.
+    state
+        Own pose, world frame; by default the recorded one, else level at the origin.
+    obstacle_map
+        World frame.
+    intruders
+        World frame, as reported; predicted to the time of the state.
+    speed_mps
+        Of the vehicle whose trajectories are rated; by default one layer a second.
+    vehicle
+        "inertialess" (stops at once), "multirotor" (accelerates and brakes) or "plane" (keeps its
+        speed); by default the first for a scan of a file, else a plane.
+    settings
+        Of decisions, looked at more finely here.
+    notice
+        Called with sentences about what was assumed or prepared.
 
-    Raises InputError for files that cannot be used, and ClearwayError for values that contradict
-    each other or where nothing leads through the grid.
+    Returns
+    -------
+    SceneAssessment
+        Ratings by cell and by trajectory.
 
+    Raises
+    ------
+    InputError
+        For files that cannot be used.
+    ClearwayError
+        For values that contradict each other or where nothing leads through the grid.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> rated = cw.assess(cw.read_scan("street.pcd"), cw.AvoidanceGrid.uniform(50.0))
     >>> rated

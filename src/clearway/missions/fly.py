@@ -21,14 +21,35 @@ def fly(
 ) -> Run[Steering]:
     """Fly a mission from start to end in a simulated world, as the command `clearway fly` does.
 
-    mission: what `read_mission` gives, perhaps `changed`, or whatever it reads. planner: clearway,
-    or one of its rivals by name. on_decision: called with every decision and the progress of the
-    mission. notice: called with sentences about what was assumed, left out or prepared. The same
-    mission gives the same run, its times of computing to the side.
+    The same mission gives the same run, its times of computing to the side.
 
-    Raises InputError for files that cannot be used and values that contradict each other,
-    FlightRefusedError for a mission that cannot be flown, and ClearwayError for an unknown planner.
+    Parameters
+    ----------
+    mission
+        What `read_mission` gives, perhaps changed by `with_values`, or whatever it reads.
+    planner
+        clearway, or one of its rivals by name.
+    on_decision
+        Called with every decision and the progress of the mission.
+    notice
+        Called with sentences about what was assumed, left out or prepared.
 
+    Returns
+    -------
+    Run
+        The flight, with its decisions.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be used and values that contradict each other.
+    FlightRefusedError
+        For a mission that cannot be flown.
+    ClearwayError
+        For an unknown planner.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> run = cw.fly("static-obstacles")
     >>> run

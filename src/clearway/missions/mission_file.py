@@ -247,12 +247,25 @@ class MissionFile(Section):
         return tables
 
     def with_values(self, section: str, **values: object) -> MissionFile:
-        """The same mission with some values of one table replaced, checked as a file would be.
+        """Return the mission with some values of one table replaced, checked as a file would be.
 
-        section: name of the table, `simulation` for instance; of a table that there may be several
-        of (`lidar`, `intruder`, `obstacle`, `keep_out`), all are changed. Values are those of a
-        mission file, numbers and arrays of NumPy too. Raises InputError naming every unknown
-        table or key and every wrong value, with what is valid.
+        Parameters
+        ----------
+        section
+            Name of the table, such as `simulation`. Of a table that there may be several of
+            (`lidar`, `intruder`, `obstacle`, `keep_out`), all are changed.
+        **values
+            Those of a mission file, numbers and arrays of NumPy too.
+
+        Returns
+        -------
+        MissionFile
+            The changed mission.
+
+        Raises
+        ------
+        InputError
+            Naming every unknown table or key and every wrong value, with what is valid.
         """
         given = {key: _plain(value) for key, value in values.items()}
         tables: dict[str, object] = {name: getattr(self, name) for name in self.model_fields_set}

@@ -26,9 +26,10 @@ AUTO = "auto"
 class RecordedScan(Scan):
     """A scan of a file: what `AvoidanceSystem.update` and `assess` take, and what is known of it.
 
-    points_m: [returns, 3] metres, sensor frame (x forward, y left, z up), finite; time_s: seconds
-    on the clock of the recording.
+    All of its points are finite; its time is on the clock of the recording.
 
+    Examples
+    --------
     >>> import clearway as cw
     >>> scan = cw.read_scan("street.pcd")
     >>> scan.points_m.shape, scan.lidar_from, scan.state is None
@@ -75,21 +76,41 @@ def read_scan(
     sensor: str | Lidar = AUTO,
     frame: Axes = "auto",
 ) -> RecordedScan:
-    """One scan of a point cloud, a folder of numbered ones, a bag, or a recording of packets.
+    """Read one scan of a point cloud, a folder of numbered ones, a bag, or a recording of packets.
 
-    at: which scan of several, its number from 0 or seconds after the first such as "1.5s"; by
-    default the first that can be used. topic: of a bag with several that have points. poses: a file
-    of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag. sensor: the LiDAR
-    whose scan it is, or the name of a model such as "vlp16"; "auto" takes it from the file, or
-    estimates its beams from the points. frame: axes of the file's points, "body" (x forward, y
-    left, z up) or "optical" (z forward, x right, y down); "auto" takes them as optical where a bag
-    calls their frame so. Points of the scan are metres in the sensor's frame (x forward, y left, z
-    up).
+    Parameters
+    ----------
+    path
+        The file or folder.
+    at
+        Which scan of several, its number from 0 or seconds after the first such as "1.5s"; by
+        default the first that can be used.
+    topic
+        Of a bag with several that have points.
+    poses
+        A file of the vehicle's poses (KITTI, TUM, a table, ULog) or a topic of the bag.
+    sensor
+        The LiDAR whose scan it is, or the name of a model such as "vlp16". "auto" takes it from the
+        file, or estimates its beams from the points.
+    frame
+        Axes of the file's points, "body" (x forward, y left, z up) or "optical" (z forward, x
+        right, y down). "auto" takes them as optical where a bag calls their frame so.
 
-    Raises InputError naming the file and what is wrong: absent, empty, damaged, of no known
-    format, without such a scan or any point in it, in map coordinates. Raises MissingExtraError
-    where the package that reads the format is not installed.
+    Returns
+    -------
+    RecordedScan
+        Points in metres in the sensor's frame (x forward, y left, z up).
 
+    Raises
+    ------
+    InputError
+        Naming the file and what is wrong: absent, empty, damaged, of no known format, without such
+        a scan or any point in it, in map coordinates.
+    MissingExtraError
+        Where the package that reads the format is not installed.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> scan = cw.read_scan("street.pcd", sensor="vlp16")
     >>> scan
@@ -112,13 +133,38 @@ def read_scans(
     sensor: str | Lidar = AUTO,
     frame: Axes = "auto",
 ) -> RecordedScans:
-    """All scans of a recording that can be used, one after the other as they are asked for.
+    """Read all scans of a recording that can be used, one after the other as they are asked for.
 
-    Arguments and errors as of `read_scan`, raised at once. The beams are those of the first
-    complete scan with points in it. A scan without a pose or with parts missing comes like any
-    other: see `state` and `complete`. Damaged ones, and those without a point, are counted in
-    `left_out` of what is returned.
+    The beams are those of the first complete scan with points in it. A scan without a pose or
+    with parts missing comes like any other: see `state` and `complete`.
 
+    Parameters
+    ----------
+    path
+        The file or folder.
+    topic
+        As `read_scan` takes it.
+    poses
+        As `read_scan` takes them.
+    sensor
+        As `read_scan` takes it.
+    frame
+        As `read_scan` takes it.
+
+    Returns
+    -------
+    RecordedScans
+        To iterate over; its `left_out` counts damaged scans, and those without a point.
+
+    Raises
+    ------
+    InputError
+        As `read_scan` does, at once.
+    MissingExtraError
+        Where the package that reads the format is not installed.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> [len(scan.points_m) for scan in cw.read_scans("street.pcd")]
     [2760]

@@ -30,16 +30,32 @@ NOISE = LidarSection(beams_per_cell=(20, 10), sigma_m=0.03, dropout=0.05)
 
 
 def read_mission(name_or_path: str | Path, notice: Notice | None = None) -> MissionFile:
-    """A mission by name, a mission file (TOML), a flight plan, or a made-up world and its seed.
+    """Read a mission: by name, a mission file (TOML), a flight plan, or a made-up world.
 
-    name_or_path: one that comes with clearway ("static-obstacles"), a file of one's own, a plan of
-    a ground station (.plan, .waypoints, .kml, .kmz), or a family of worlds ("forest:3"; without a
-    number, 0).
-    notice: called with what was assumed or left out. Units stand in the keys, as in the file.
+    Units stand in the keys, as in the file.
 
-    Raises InputError with every problem of a file: unknown keys, wrong types, impossible values;
-    for a name that is none, with those that there are.
+    Parameters
+    ----------
+    name_or_path
+        One that comes with clearway ("static-obstacles"), a file of one's own, a plan of a ground
+        station (.plan, .waypoints, .kml, .kmz), or a family of worlds and a seed
+        ("forest:3"; without a number, 0).
+    notice
+        Called with what was assumed or left out.
 
+    Returns
+    -------
+    MissionFile
+        All of the mission, checked.
+
+    Raises
+    ------
+    InputError
+        With every problem of a file: unknown keys, wrong types, impossible values; for a name that
+        is none, with those that there are.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> mission = cw.read_mission("static-obstacles")
     >>> mission.with_values("simulation", seed=3).simulation.seed

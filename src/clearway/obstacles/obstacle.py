@@ -56,8 +56,13 @@ class Shapes(NamedTuple):
 class Obstacle:
     """One obstacle of the map (5.49), in the frame of its collection.
 
-    Raises InputError that names every field which cannot be used.
+    Raises
+    ------
+    InputError
+        Naming every field which cannot be used.
 
+    Examples
+    --------
     >>> import clearway as cw
     >>> cw.Obstacle.ball([6.0, 0.5, 0.0], 1.5).shape
     'ball'
@@ -88,7 +93,27 @@ class Obstacle:
 
     @classmethod
     def ball(cls, position_m: npt.ArrayLike, radius_m: float, *, name: str = "") -> Obstacle:
-        """A ball around its centre."""
+        """Make a ball.
+
+        Parameters
+        ----------
+        position_m
+            [3] centre.
+        radius_m
+            Of the ball.
+        name
+            For messages.
+
+        Returns
+        -------
+        Obstacle
+            In the frame of the position.
+
+        Raises
+        ------
+        InputError
+            Naming every value that cannot be used.
+        """
         return cls("ball", _numbers(position_m), radius_m=radius_m, name=name)
 
     @classmethod
@@ -101,7 +126,31 @@ class Obstacle:
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
-        """A capsule whose axis lies along local x."""
+        """Make a capsule whose axis lies along local x.
+
+        Parameters
+        ----------
+        position_m
+            [3] centre.
+        length_m
+            Of the axis.
+        radius_m
+            How far the surface lies from the axis.
+        orientation_rad
+            [3] roll, pitch (nose down positive), yaw (left positive).
+        name
+            For messages.
+
+        Returns
+        -------
+        Obstacle
+            In the frame of the position.
+
+        Raises
+        ------
+        InputError
+            Naming every value that cannot be used.
+        """
         orientation = _numbers(orientation_rad)
         return cls(
             "line",
@@ -116,7 +165,29 @@ class Obstacle:
     def line_between(
         cls, start_m: npt.ArrayLike, end_m: npt.ArrayLike, *, radius_m: float, name: str = ""
     ) -> Obstacle:
-        """A capsule whose axis runs from one point [3] to another, such as a wire."""
+        """Make a capsule whose axis runs from one point to another, such as a wire.
+
+        Parameters
+        ----------
+        start_m
+            [3] one end of the axis.
+        end_m
+            [3] the other end.
+        radius_m
+            How far the surface lies from the axis.
+        name
+            For messages.
+
+        Returns
+        -------
+        Obstacle
+            In the frame of the points.
+
+        Raises
+        ------
+        InputError
+            Naming every value that cannot be used.
+        """
         start, end = _numbers(start_m), _numbers(end_m)
         along = end - start
         pitch_down = np.arctan2(-along[2], np.hypot(along[0], along[1]))
@@ -141,7 +212,31 @@ class Obstacle:
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
-        """A rounded plate in the local x-y plane, `2 radius_m` thick."""
+        """Make a rounded plate in the local x-y plane.
+
+        Parameters
+        ----------
+        position_m
+            [3] centre.
+        size_m
+            Lengths along local x and y, without the radius.
+        radius_m
+            Half the thickness of the plate.
+        orientation_rad
+            [3] roll, pitch (nose down positive), yaw (left positive).
+        name
+            For messages.
+
+        Returns
+        -------
+        Obstacle
+            In the frame of the position.
+
+        Raises
+        ------
+        InputError
+            Naming every value that cannot be used.
+        """
         orientation = _numbers(orientation_rad)
         return cls(
             "plane",
@@ -162,7 +257,31 @@ class Obstacle:
         orientation_rad: npt.ArrayLike = (0.0, 0.0, 0.0),
         name: str = "",
     ) -> Obstacle:
-        """A box, sharp-edged if the radius is 0."""
+        """Make a box.
+
+        Parameters
+        ----------
+        position_m
+            [3] centre.
+        size_m
+            Lengths along local x, y and z, without the radius.
+        radius_m
+            How far the surface lies outside of these lengths; 0 for sharp edges.
+        orientation_rad
+            [3] roll, pitch (nose down positive), yaw (left positive).
+        name
+            For messages.
+
+        Returns
+        -------
+        Obstacle
+            In the frame of the position.
+
+        Raises
+        ------
+        InputError
+            Naming every value that cannot be used.
+        """
         orientation = _numbers(orientation_rad)
         return cls(
             "cuboid",

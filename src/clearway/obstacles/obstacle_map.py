@@ -30,6 +30,21 @@ class ObstacleMap:
 
     Serves as a world to fly in too: it has signed distances and casts rays.
 
+    Parameters
+    ----------
+    obstacles
+        World frame.
+    complete_m
+        [2, 3] lowest and highest corner of the box in which it shows all that stands there, world
+        frame; None where nothing is declared.
+
+    Raises
+    ------
+    ClearwayError
+        For what are no obstacles and no box.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> trees = cw.ObstacleMap([cw.Obstacle.ball([6.0, 0.0, 0.0], 1.5)])
     >>> trees.distance_m([[0.0, 0.0, 0.0]]).tolist()
@@ -65,23 +80,82 @@ class ObstacleMap:
         return len(self.obstacles)
 
     def label(self, index: int) -> str:
-        """How messages call an obstacle: its index, shape and name."""
+        """Return how messages call an obstacle: its index, shape and name.
+
+        Parameters
+        ----------
+        index
+            Of the obstacle in `obstacles`.
+
+        Returns
+        -------
+        str
+            Such as "obstacle 0 (ball)".
+        """
         obstacle = self.obstacles[index]
         name = f" {obstacle.name!r}" if obstacle.name else ""
         return f"obstacle {index}{name} ({obstacle.shape})"
 
     def near(self, position_m: npt.ArrayLike, radius_m: float) -> IntArray:
-        """Ascending indices of obstacles whose surface is within a radius of a world position."""
+        """Find the obstacles near a position.
+
+        Parameters
+        ----------
+        position_m
+            [3] world frame.
+        radius_m
+            Within which their surface is.
+
+        Returns
+        -------
+        IntArray
+            Their indices, ascending.
+        """
         x, y, z = np.asarray(position_m, dtype=np.float64)
         return obstacles_within(x, y, z, float(radius_m), self.shapes, self.tree)
 
     def nearest(self, points_m: npt.ArrayLike) -> tuple[FloatArray, IntArray]:
-        """Signed distance [n] in metres of world points [n, 3] and whose it is [n]; -1 for none."""
+        """Find the nearest obstacle of each point.
+
+        Parameters
+        ----------
+        points_m
+            [n, 3] world frame.
+
+        Returns
+        -------
+        tuple of FloatArray and IntArray
+            [n] signed distance in metres, inf without any, and [n] index of the obstacle, -1 for
+            none.
+
+        Raises
+        ------
+        ClearwayError
+            For points of another shape.
+        """
         return self._nearest(points_m, np.inf)
 
     def distance_m(self, points_m: npt.ArrayLike, within_m: float = np.inf) -> FloatArray:
-        """Signed distance [n] of world points [n, 3] to the nearest surface; inf without any, and
-        where it is not below `within_m`, which is found sooner."""
+        """Return the distance of points to the nearest surface.
+
+        Parameters
+        ----------
+        points_m
+            [n, 3] world frame.
+        within_m
+            Beyond which no distance is needed, which is found sooner.
+
+        Returns
+        -------
+        FloatArray
+            [n] signed distance in metres; inf without any obstacle, and where it is not below
+            `within_m`.
+
+        Raises
+        ------
+        ClearwayError
+            For points of another shape.
+        """
         return self._nearest(points_m, within_m)[0]
 
     def _nearest(self, points_m: npt.ArrayLike, within_m: float) -> tuple[FloatArray, IntArray]:
@@ -91,7 +165,27 @@ class ObstacleMap:
     def cast(
         self, origin_m: npt.ArrayLike, directions: npt.ArrayLike, max_range_m: float
     ) -> FloatArray:
-        """Range [n] from a world point [3] along unit directions [n, 3]; inf where none is met."""
+        """Cast rays from a point.
+
+        Parameters
+        ----------
+        origin_m
+            [3] where they begin, world frame.
+        directions
+            [n, 3] unit vectors, world frame.
+        max_range_m
+            Beyond which nothing is met.
+
+        Returns
+        -------
+        FloatArray
+            [n] range in metres; inf where nothing is met.
+
+        Raises
+        ------
+        ClearwayError
+            For directions of another shape.
+        """
         return cast_rays(
             make_plain_array(np.asarray(origin_m, dtype=np.float64)),
             make_plain_array(
@@ -111,9 +205,23 @@ class ObstacleMap:
         grid: AvoidanceGrid,
         margin_m: float = 0.0,
     ) -> Shapes:
-        """Obstacles within the grid's range plus a margin, in the grid frame: O_M(A) (5.50).
+        """Return the obstacles within the grid's range plus a margin, O_M(A): (5.50).
 
-        position_m: [3] origin of the grid in the world; world_from_grid: [3, 3] its rotation.
+        Parameters
+        ----------
+        position_m
+            [3] origin of the grid, world frame.
+        world_from_grid
+            [3, 3] rotation of the grid.
+        grid
+            Whose range counts.
+        margin_m
+            By which the range is exceeded.
+
+        Returns
+        -------
+        Shapes
+            Grid frame.
         """
         return _in_frame(
             np.ascontiguousarray(position_m, dtype=np.float64),

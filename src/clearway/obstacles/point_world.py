@@ -36,11 +36,24 @@ class Voxels(NamedTuple):
 
 
 class PointWorld:
-    """Balls of one radius at points [n, 3] of the world frame; satisfies `World`.
+    """Balls of one radius at points of the world frame; satisfies `World`.
 
-    labels: [n] class of each point, kept for callers. Raises ClearwayError for anything but
-    finite points and a radius above 0.
+    Parameters
+    ----------
+    points_m
+        [n, 3] centres, world frame.
+    point_radius_m
+        Of every ball.
+    labels
+        [n] class of each point, kept for callers.
 
+    Raises
+    ------
+    ClearwayError
+        For anything but finite points and a radius above 0.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> cw.PointWorld(np.array([[5.0, 0.0, 0.0]]), 0.5).distance_m(np.zeros((1, 3))).tolist()
@@ -72,14 +85,40 @@ class PointWorld:
         return one_line("PointWorld", (balls,))
 
     def distance_m(self, points_m: FloatArray) -> FloatArray:
-        """[n] signed distance from points [n, 3] to the nearest ball; inf without any."""
+        """Return the distance of points to the nearest ball.
+
+        Parameters
+        ----------
+        points_m
+            [n, 3] world frame.
+
+        Returns
+        -------
+        FloatArray
+            [n] signed distance in metres; inf without any ball.
+        """
         if not len(self.points_m):
             return np.full(len(points_m), np.inf)
         distances: FloatArray = self._tree.query(points_m)[0]
         return distances - self.point_radius_m
 
     def cast(self, origin_m: FloatArray, directions: FloatArray, max_range_m: float) -> FloatArray:
-        """[n] range of the first ball along unit vectors [n, 3]; 0 from inside one, inf without."""
+        """Cast rays from a point.
+
+        Parameters
+        ----------
+        origin_m
+            [3] where they begin, world frame.
+        directions
+            [n, 3] unit vectors, world frame.
+        max_range_m
+            Beyond which nothing is met.
+
+        Returns
+        -------
+        FloatArray
+            [n] range in metres of the first ball; 0 from inside one, inf where nothing is met.
+        """
         if not len(self.points_m):
             return np.full(len(directions), np.inf)
         origin = read_only(origin_m)

@@ -28,14 +28,36 @@ def build_reach_set(
     start_pitch_rad: float = 0.0,
     **tuning: float,
 ) -> ReachSet:
-    """Reach set of an automaton in a grid for one start pitch: (3.4), def. 1.
+    """Build the reach set of an automaton in a grid for one start pitch: (3.4), def. 1.
 
-    method: one of `METHODS`; tuning: the parameters of its function there, such as `spread` of
-    chaotic and `harmonic` of harmonic (nodes expanded per cell; combined has both), `depth` for
-    the most movements of a trajectory (default: as many as layers, or as straight flight needs),
-    and `side_exits=0` to leave out what ends outside through the side. Raises ClearwayError for
-    an unknown method or tuning, and when nothing leads through the grid.
+    Parameters
+    ----------
+    automaton
+        What the vehicle can do.
+    grid
+        Cells in the body frame of the start.
+    method
+        One of `METHODS`.
+    start_pitch_rad
+        Nose down positive.
+    **tuning
+        Parameters of the method's function, such as `spread` of chaotic and `harmonic` of harmonic
+        (nodes expanded per cell; combined has both). `depth` is the most movements of a trajectory
+        (default: as many as layers, or as straight flight needs); `side_exits=0` leaves out what
+        ends outside through the side.
 
+    Returns
+    -------
+    ReachSet
+        The tree of trajectories, in the grid frame.
+
+    Raises
+    ------
+    ClearwayError
+        For an unknown method or tuning, and when nothing leads through the grid.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)
     >>> reach_set = cw.build_reach_set(automaton, cw.AvoidanceGrid.uniform(), method="primitives")

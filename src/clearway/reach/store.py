@@ -75,7 +75,31 @@ class ReachLibrary:
         tuning: Mapping[str, float] | None = None,
         progress: Progress | None = None,
     ) -> ReachLibrary:
-        """Build all reach sets anew; errors as of `build_reach_set`."""
+        """Build all reach sets of a vehicle anew.
+
+        Parameters
+        ----------
+        automaton
+            What the vehicle can do.
+        grid
+            Cells in the body frame of the start.
+        method
+            As `build_reach_set` takes it.
+        tuning
+            As `build_reach_set` takes it; None for the defaults.
+        progress
+            Called with what is done and what there is to do.
+
+        Returns
+        -------
+        ReachLibrary
+            One reach set per start pitch, or per class of motion.
+
+        Raises
+        ------
+        ClearwayError
+            As `build_reach_set` does.
+        """
         tuning = tuning or {}
         reach_sets: tuple[ReachSet, ...] = ()
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
@@ -95,11 +119,37 @@ class ReachLibrary:
         notice: Notice | None = None,
         folder: Path | None = None,
     ) -> ReachLibrary:
-        """Load from the cache `folder` (default: the user's); build and store what is not there.
+        """Load the reach sets of a vehicle from a cache; build and store what is not there.
 
         What ships with the package is not stored again. A file that is damaged or of another
-        version is rebuilt, and `notice` says so. A folder that cannot be written only means
-        building again the next time.
+        version is rebuilt. A folder that cannot be written only means building again the next time.
+
+        Parameters
+        ----------
+        automaton
+            What the vehicle can do.
+        grid
+            Cells in the body frame of the start.
+        method
+            As `build_reach_set` takes it.
+        tuning
+            As `build_reach_set` takes it; None for the defaults.
+        progress
+            Called with what is done and what there is to do.
+        notice
+            Called with a sentence about each file that is rebuilt or cannot be written.
+        folder
+            The cache; by default the user's.
+
+        Returns
+        -------
+        ReachLibrary
+            One reach set per start pitch, or per class of motion.
+
+        Raises
+        ------
+        ClearwayError
+            As `build_reach_set` does.
         """
         tuning, notice = tuning or {}, notice or _ignore_notice
         found: list[ReachSet] = []
@@ -122,9 +172,22 @@ class ReachLibrary:
         return cls(automaton, grid, method=method, reach_sets=told_apart)
 
     def store(self, folder: Path) -> Path:
-        """Write the library, built without tuning, into a folder; returns the file.
+        """Write the library, built without tuning, into a folder.
 
-        Raises InputError where that cannot be done, and for an automaton that was measured.
+        Parameters
+        ----------
+        folder
+            Where to; the name of the file follows from the library.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            Where that cannot be done, and for an automaton that was measured.
         """
         if self.automaton.classes is not None:
             raise InputError(str(folder), "reach sets of a measured automaton are not shipped")
@@ -138,7 +201,18 @@ class ReachLibrary:
         return path
 
     def nearest(self, pitch_rad: float) -> ReachSet:
-        """The reach set whose start pitch is nearest; the flatter one of two."""
+        """Return the reach set whose start pitch is nearest; the flatter one of two.
+
+        Parameters
+        ----------
+        pitch_rad
+            Nose down positive.
+
+        Returns
+        -------
+        ReachSet
+            One of the library.
+        """
         return min(
             self.reach_sets,
             key=lambda s: (abs(s.start_pitch_rad - pitch_rad), abs(s.start_pitch_rad)),

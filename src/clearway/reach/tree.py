@@ -92,7 +92,18 @@ class ReachSet:
         return np.flatnonzero(self.exit_kind)
 
     def path(self, node: int) -> list[int]:
-        """Nodes from below the root to `node`."""
+        """Return the nodes that lead to one.
+
+        Parameters
+        ----------
+        node
+            Index of the last.
+
+        Returns
+        -------
+        list of int
+            From below the root to `node`.
+        """
         nodes, (parent, _) = [], self._steps
         while node >= 0:
             nodes.append(node)
@@ -100,7 +111,18 @@ class ReachSet:
         return nodes[::-1]
 
     def node_of(self, movements: tuple[str, ...]) -> int:
-        """The node that movements lead to from the start; -1 where no path has them."""
+        """Return the node that movements lead to from the start.
+
+        Parameters
+        ----------
+        movements
+            Their names, in order.
+
+        Returns
+        -------
+        int
+            Its index; -1 where no path has them.
+        """
         node = -1
         for name in movements:
             if name not in self.movement_names:
@@ -113,7 +135,18 @@ class ReachSet:
         return node
 
     def movements_to(self, node: int) -> tuple[str, ...]:
-        """Names of the movements from the start to the end of `node`: its movement buffer."""
+        """Return the movement buffer of a node.
+
+        Parameters
+        ----------
+        node
+            Its index.
+
+        Returns
+        -------
+        tuple of str
+            Names of the movements from the start to its end.
+        """
         _, names = self._steps
         return tuple([names[n] for n in self.path(node)])
 

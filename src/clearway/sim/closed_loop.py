@@ -56,9 +56,30 @@ def simulate(
 ) -> Run[D]:
     """Fly the pilot's mission through a true world; the same seed gives the same run.
 
-    traffic: fresh for every flight, since it flies along. plant: what truly moves; None for what
-    does as the automaton predicts.
+    Parameters
+    ----------
+    system
+        Who decides: an `AvoidanceSystem`, or another pilot.
+    world
+        What is truly there, world frame.
+    lidars
+        What looks at it.
+    settings
+        What the simulated truth is like; by default without noise and wind.
+    on_decision
+        Called with every decision and the progress of the mission.
+    traffic
+        Aircraft, fresh for every flight, since they fly along.
+    plant
+        What truly moves; None for what does as the automaton predicts.
 
+    Returns
+    -------
+    Run
+        The flight, with its decisions.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=1.0)

@@ -37,9 +37,15 @@ class Intruder:
     """One intruder at a time, flying straight on as far as is known (5.1).
 
     Position and velocity are in the world frame where reports, missions and tracks keep them, and
-    in the grid's frame after `see_from`, which is what the intersection models take. Raises
-    InputError naming every value that cannot be used.
+    in the grid's frame after `see_from`, which is what the intersection models take.
 
+    Raises
+    ------
+    InputError
+        Naming every value that cannot be used.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> other = cw.Intruder([100.0, 0.0, 0.0], [-20.0, 0.0, 0.0], name="other")
     >>> other.speed_mps, other.at(2.0).position_m.tolist()
@@ -111,10 +117,20 @@ class Intruder:
         return math.sqrt(self.velocity_mps.dot(self.velocity_mps))
 
     def at(self, time_s: float) -> Intruder:
-        """The same intruder predicted to a time, straight on (5.1), its deviations grown.
+        """Predict the intruder to a time, straight on (5.1), its deviations grown.
 
         A time before `time_s` is predicted backwards: the motion is linear, and the uncertainty
         grows either way.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the report.
+
+        Returns
+        -------
+        Intruder
+            In the same frame.
         """
         elapsed = time_s - self.time_s
         return self._with(
@@ -124,7 +140,18 @@ class Intruder:
         )
 
     def see_from(self, state: State) -> Intruder:
-        """The intruder in the body frame of a world state: the frame of the avoidance grid."""
+        """Return the intruder in the body frame of a state: the frame of the avoidance grid.
+
+        Parameters
+        ----------
+        state
+            Of the own vehicle, world frame.
+
+        Returns
+        -------
+        Intruder
+            At the same time.
+        """
         world_from_body = state.world_from_body
         return self._with(
             position_m=(self.position_m - state.position_m) @ world_from_body,
@@ -138,7 +165,24 @@ class Intruder:
         position_std_m: float,
         time_s: float,
     ) -> Intruder:
-        """The same intruder at another time or in another frame, of numbers that follow from it."""
+        """Return the intruder at another time or in another frame, of numbers that follow from it.
+
+        Parameters
+        ----------
+        position_m
+            [3] in the new frame.
+        velocity_mps
+            [3] in the new frame.
+        position_std_m
+            Standard deviation of the position, per axis.
+        time_s
+            Time that these hold for.
+
+        Returns
+        -------
+        Intruder
+            Of these values, which are not checked again.
+        """
         return self._with(
             position_m=position_m,
             velocity_mps=velocity_mps,

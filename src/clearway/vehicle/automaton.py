@@ -34,12 +34,14 @@ class MovementAutomaton:
     As a hybrid automaton (3.10), def. 7, its discrete states are the movements, its vector field is
     the vehicle's, `is_allowed` is its transition map, and nothing is reset.
 
-    pitch_limit_rad: |pitch| that no movement may exceed; None for no limit. table: when given, it
-    predicts in place of the vehicle's model ((4.14), (4.15)). forbidden: pairs of movement names
-    (first, next) that may not follow each other, the transition map of (3.15). Raises
-    ClearwayError for no movements, names used twice, a table without some movement, or unknown
-    names in `forbidden`.
+    Raises
+    ------
+    ClearwayError
+        For no movements, names used twice, a table without some movement, or unknown names in
+        `forbidden`.
 
+    Examples
+    --------
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.plane(speed_mps=5.0, turn_step_deg=15.0)
     >>> len(automaton.names), round(automaton.turning_radius_m, 1)
@@ -48,10 +50,14 @@ class MovementAutomaton:
 
     movements: tuple[Movement, ...]
     pitch_limit_rad: float | None = None
+    """|pitch| that no movement may exceed; None for no limit."""
     _: KW_ONLY
     vehicle: Vehicle = field(default_factory=PlaneModel)
     table: MovementTable | ClassTable | None = None
+    """Where given, it predicts in place of the vehicle's model: (4.14), (4.15)."""
     forbidden: frozenset[tuple[str, str]] = frozenset()
+    """Pairs of movement names (first, next) that may not follow each other, the transition map of
+    (3.15)."""
 
     def __post_init__(self) -> None:
         names = self.names
@@ -78,7 +84,31 @@ class MovementAutomaton:
         pitch_limit_deg: float | None = 30.0,
         diagonals: bool = True,
     ) -> MovementAutomaton:
-        """The nine movements of section 4.3, or the five without diagonals."""
+        """Make the automaton of section 4.3: nine movements, or the five without diagonals.
+
+        Parameters
+        ----------
+        speed_mps
+            Along the path.
+        turn_step_deg
+            Turn in one movement, of yaw or pitch.
+        duration_s
+            Of every movement.
+        pitch_limit_deg
+            Pitch that no movement may exceed, up or down; None for no limit.
+        diagonals
+            Whether it turns and climbs at once.
+
+        Returns
+        -------
+        MovementAutomaton
+            Of a vehicle that keeps its speed.
+
+        Raises
+        ------
+        ClearwayError
+            For numbers out of range.
+        """
         movements = plane_movements(speed_mps, turn_step_deg, duration_s, diagonals=diagonals)
         limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
         return cls(movements, limit)
@@ -96,14 +126,42 @@ class MovementAutomaton:
         slow_mps: Sequence[float] | None = None,
         diagonals: bool = True,
     ) -> MovementAutomaton:
-        """A vehicle that can stop: ahead, up, down and slower, turns on the spot, and `Hold`.
+        """Make the automaton of a vehicle that can stop at once.
 
-        speed_mps: ahead, and along the way up and down, which is at most `steepest_deg` steep.
-        climb_mps: straight up and down, and the most on the way ahead; default: what the steepest
-        way ahead climbs; 0 keeps it level. turn_step_deg, spot_turn_deg: turn in one movement, in
-        flight and on the spot. slow_mps: slower speeds ahead, with the same turns; default: half
-        the speed. Raises ClearwayError for numbers out of range.
+        It flies ahead, up, down and slower, turns on the spot, and has `Hold`.
 
+        Parameters
+        ----------
+        speed_mps
+            Ahead, and along the way up and down.
+        turn_step_deg
+            Turn in one movement in flight.
+        duration_s
+            Of every movement.
+        steepest_deg
+            Steepest way up and down.
+        climb_mps
+            Straight up and down, and the most on the way ahead; 0 keeps it level. By default what
+            the steepest way ahead climbs.
+        spot_turn_deg
+            Turn in one movement on the spot.
+        slow_mps
+            Slower speeds ahead, with the same turns; by default half the speed.
+        diagonals
+            Whether it turns and climbs at once.
+
+        Returns
+        -------
+        MovementAutomaton
+            Of a vehicle without inertia.
+
+        Raises
+        ------
+        ClearwayError
+            For numbers out of range.
+
+        Examples
+        --------
         >>> import clearway as cw
         >>> automaton = cw.MovementAutomaton.inertialess(speed_mps=2.0)
         >>> automaton.can_stop, automaton.predict([0.0] * 6, automaton["Up"])[:3].round(2).tolist()
@@ -133,12 +191,39 @@ class MovementAutomaton:
         lag_s: float = 0.1,
         gusts_mps: float = 1.0,
     ) -> MovementAutomaton:
-        """A copter with inertia: it accelerates, keeps its speed, brakes, turns and climbs.
+        """Make the automaton of a copter with inertia.
 
-        Speeds are the greatest ones. lag_s, gusts_mps: how late it answers, and gusts that it has
-        to bear, which widen the tube within which it follows its plan. Raises InputError for
-        numbers out of range.
+        It accelerates, keeps its speed, brakes, turns and climbs.
 
+        Parameters
+        ----------
+        speed_mps
+            Greatest speed over the ground.
+        acceleration_mps2
+            Greatest acceleration.
+        climb_mps
+            Greatest speed upwards.
+        sink_mps
+            Greatest speed downwards.
+        yaw_rate_deg_s
+            Greatest rate of yaw.
+        lag_s
+            How late it answers, which widens the tube within which it follows its plan.
+        gusts_mps
+            Gusts that it has to bear, which widen the tube too.
+
+        Returns
+        -------
+        MovementAutomaton
+            With a table of classes of motion.
+
+        Raises
+        ------
+        InputError
+            For numbers out of range.
+
+        Examples
+        --------
         >>> import clearway as cw
         >>> automaton = cw.MovementAutomaton.multirotor(speed_mps=10.0)
         >>> automaton.has_inertia, automaton.can_stop, automaton.fastest_mps
@@ -152,7 +237,18 @@ class MovementAutomaton:
 
     @classmethod
     def of_copter(cls, limits: CopterLimits) -> MovementAutomaton:
-        """`multirotor` of what a copter can do."""
+        """Make the automaton of a copter, as `multirotor` does.
+
+        Parameters
+        ----------
+        limits
+            What the copter can do.
+
+        Returns
+        -------
+        MovementAutomaton
+            With a table of classes of motion.
+        """
         movements, table = build_copter(limits)
         return cls(movements, 0.0, vehicle=InertialessModel(), table=table)
 
@@ -190,9 +286,23 @@ class MovementAutomaton:
     def predict(
         self, state: npt.ArrayLike, movement: Movement, duration_s: float | None = None
     ) -> FloatArray:
-        """State [6] after a movement, or after the first `duration_s` of it: (4.16), (3.21).
+        """Predict the state after a movement: (4.16), (3.21).
 
         Over its times that is the trajectory primitive (3.11), def. 8.
+
+        Parameters
+        ----------
+        state
+            [6] x, y, z, roll, pitch, yaw at the start, in metres and radians.
+        movement
+            What is flown.
+        duration_s
+            For how long; by default the whole movement.
+
+        Returns
+        -------
+        FloatArray
+            [6] the state then, in the frame of `state`.
         """
         duration = movement.duration_s if duration_s is None else duration_s
         if self.table is not None:
@@ -202,7 +312,22 @@ class MovementAutomaton:
     def predict_each(
         self, state: npt.ArrayLike, movement: Movement, durations_s: npt.ArrayLike
     ) -> FloatArray:
-        """States [n, 6] after the first durations [n] of a movement: as `predict`, at once."""
+        """Predict the states at several times of a movement, as `predict` does.
+
+        Parameters
+        ----------
+        state
+            [6] x, y, z, roll, pitch, yaw at the start, in metres and radians.
+        movement
+            What is flown.
+        durations_s
+            [n] times from its start.
+
+        Returns
+        -------
+        FloatArray
+            [n, 6] the states then, in the frame of `state`.
+        """
         if self.table is None and type(self.vehicle) is PlaneModel:
             return self.vehicle.advance_each(state, movement.inputs, durations_s)
         durations = np.asarray(durations_s, dtype=np.float64).tolist()
@@ -210,7 +335,18 @@ class MovementAutomaton:
         return np.array(each).reshape(-1, 6)
 
     def measure(self, steps: int = 1) -> MovementTable:
-        """Each movement flown once from level flight, as tables 4.1 and 4.2 were made."""
+        """Fly each movement once from level flight, as tables 4.1 and 4.2 were made.
+
+        Parameters
+        ----------
+        steps
+            Rows of each movement, at equal times.
+
+        Returns
+        -------
+        MovementTable
+            What may predict in place of the vehicle's model.
+        """
         level = np.zeros(6)
         return MovementTable.from_rows(
             {
@@ -225,10 +361,24 @@ class MovementAutomaton:
     def is_allowed(
         self, state: npt.ArrayLike, movement: Movement, previous: Movement | None = None
     ) -> bool:
-        """Whether the movement may follow `previous` in that state.
+        """Return whether a movement may follow another in a state.
 
         It must end within the pitch limit; beyond the limit, whatever leads back towards it may
         be flown.
+
+        Parameters
+        ----------
+        state
+            [6] x, y, z, roll, pitch, yaw at the start, in metres and radians.
+        movement
+            What is to be flown.
+        previous
+            What was flown before it; None for nothing.
+
+        Returns
+        -------
+        bool
+            Whether it may be flown.
         """
         if previous is not None and (previous.name, movement.name) in self.forbidden:
             return False
@@ -271,10 +421,21 @@ class MovementAutomaton:
         return self.classes is not None and self.classes.has_speeds
 
     def in_class(self, state: State, at: int | None) -> State:
-        """A state as decisions take it: in its class of motion, where there are any.
+        """Return a state as decisions take it: in its class of motion, where there are any.
 
-        Else without roll and pitch where they do not matter, and as it is where they do. at: the
-        class; None for the first.
+        Else without roll and pitch where they do not matter, and as it is where they do.
+
+        Parameters
+        ----------
+        state
+            World frame.
+        at
+            The class; None for the first.
+
+        Returns
+        -------
+        State
+            At the same time and position.
         """
         if self.classes is None:
             return self.upright(state)
@@ -282,9 +443,17 @@ class MovementAutomaton:
         return replace(state, attitude_rad=np.array([label, 0.0, state.attitude_rad[2]]))
 
     def tube_m(self, movements: npt.ArrayLike) -> FloatArray:
-        """Within how far of its prediction the vehicle is after so many movements: def. 13.
+        """Return within how far of its prediction the vehicle is: def. 13.
 
-        As measured; 0 where nothing was.
+        Parameters
+        ----------
+        movements
+            Numbers of movements flown since the prediction, of any shape.
+
+        Returns
+        -------
+        FloatArray
+            As measured, of that shape, in metres; 0 where nothing was.
         """
         if self.classes is None:
             return np.zeros(np.shape(movements))
@@ -318,7 +487,18 @@ class MovementAutomaton:
         return abilities.keeps_attitude(self)
 
     def upright(self, state: State) -> State:
-        """The state without roll and pitch where they do not matter; else as it is."""
+        """Return a state without roll and pitch, where they do not matter.
+
+        Parameters
+        ----------
+        state
+            World frame.
+
+        Returns
+        -------
+        State
+            As it is, where roll and pitch do matter.
+        """
         if not self.keeps_attitude or not state.attitude_rad[:2].any():
             return state
         return replace(state, attitude_rad=np.array([0.0, 0.0, state.attitude_rad[2]]))
@@ -384,7 +564,23 @@ class MovementAutomaton:
         return abilities.start_pitches_rad(self)
 
     def chain(self, names: Iterable[str]) -> tuple[Movement, ...]:
-        """Movements by name, in order."""
+        """Return movements by name, in order.
+
+        Parameters
+        ----------
+        names
+            As in `names` of the automaton.
+
+        Returns
+        -------
+        tuple of Movement
+            One per name.
+
+        Raises
+        ------
+        ClearwayError
+            For a name that the automaton does not have.
+        """
         by_name = self._by_name
         return tuple([by_name[name] if name in by_name else self[name] for name in names])
 
@@ -395,9 +591,23 @@ class MovementAutomaton:
         step_s: float = 0.05,
         start_s: float = 0.0,
     ) -> Trajectory:
-        """Predicted path of movements held for given durations, one after the other: (4.8), (4.16).
+        """Predict the path of movements, each held for a duration: (4.8), (4.16).
 
-        States (3.3) lie at most `step_s` apart, with one at the end of each leg.
+        Parameters
+        ----------
+        state
+            [6] x, y, z, roll, pitch, yaw at the start, in metres and radians.
+        legs
+            Movements, each with its duration in seconds.
+        step_s
+            At most between two states (3.3); one is at the end of each leg.
+        start_s
+            Time of the start.
+
+        Returns
+        -------
+        Trajectory
+            Times and states, in the frame of `state`.
         """
         at = np.array(state, dtype=np.float64)
         time, times, states, names = start_s, [start_s], [at], []
@@ -413,6 +623,26 @@ class MovementAutomaton:
     def rollout(
         self, state: npt.ArrayLike, names: Iterable[str], step_s: float = 0.05
     ) -> Trajectory:
-        """Predicted path of whole movements by name, from time 0."""
+        """Predict the path of whole movements by name, from time 0.
+
+        Parameters
+        ----------
+        state
+            [6] x, y, z, roll, pitch, yaw at the start, in metres and radians.
+        names
+            Of the movements, in order.
+        step_s
+            At most between two states.
+
+        Returns
+        -------
+        Trajectory
+            Times and states, in the frame of `state`.
+
+        Raises
+        ------
+        ClearwayError
+            For a name that the automaton does not have.
+        """
         legs = [(movement, movement.duration_s) for movement in self.chain(names)]
         return self.fly(state, legs, step_s)

@@ -102,10 +102,23 @@ class Prices:
         unseen_is_free: bool = False,
         lopsided: bool = False,
     ) -> Prices:
-        """With the prices that suit a vehicle, what its escapes stand on and its field of view,
-        where none are given.
+        """Fill in the cost weights that are not given, as they suit a vehicle.
 
-        lopsided: the field is not as high above the horizon as below.
+        Parameters
+        ----------
+        can_stop
+            Whether the vehicle can stay where it is.
+        has_inertia
+            Whether it accelerates and brakes.
+        unseen_is_free
+            Whether its escapes may lead through unobserved space.
+        lopsided
+            Whether its field of view is not as high above the horizon as below.
+
+        Returns
+        -------
+        Prices
+            With a number for each weight.
         """
         starts_at_once = can_stop and not has_inertia
         suits = {

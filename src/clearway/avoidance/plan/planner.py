@@ -130,10 +130,34 @@ class Planner:
         rules: Sequence[Rule] = (),
         rating: OwnRating | None = None,
     ) -> Planner:
-        """Evaluate the costs of (4.6) that do not change; either cost can be the user's own.
+        """Evaluate the costs of (4.6) that do not change.
 
-        rules: the most important first; see `avoidance.rules`. rating: the user's own, in place of
-        the one that the settings name.
+        Parameters
+        ----------
+        library
+            Reach sets of the vehicle in its grid.
+        settings
+            How it senses, remembers and decides; by default those of the static mission.
+        stage_cost
+            Cost of each movement in metres; the default, or the user's own.
+        terminal_cost
+            Cost to go from the end of a trajectory in metres; the default, or the user's own.
+        rules
+            The most important first; see `avoidance.rules`.
+        rating
+            The user's own, in place of the one that the settings name.
+
+        Returns
+        -------
+        Planner
+            What stays the same from decision to decision.
+
+        Raises
+        ------
+        ClearwayError
+            For too many rules.
+        InputError
+            For settings that the vehicle cannot fly with.
         """
         settings = settings or AvoidanceSettings()
         automaton = library.automaton
@@ -179,8 +203,24 @@ class Planner:
         )
 
     def with_values(self, **settings: Any) -> Planner:
-        """The same planner with other values of its settings, but for `prices`, which are part of
-        the prepared costs already."""
+        """Return the same planner with other values of its settings.
+
+        Parameters
+        ----------
+        **settings
+            Fields of `AvoidanceSettings`, but for `prices`, which are part of the prepared costs
+            already.
+
+        Returns
+        -------
+        Planner
+            With the same reach sets, costs and rules.
+
+        Raises
+        ------
+        InputError
+            For values that cannot be used.
+        """
         return replace(self, settings=replace(self.settings, **settings))
 
     def __repr__(self) -> str:
@@ -244,9 +284,19 @@ class Planner:
         return max(self.grid.range_m / self.speed_mps, longest)
 
     def prepare_at(self, state: State) -> PreparedReachSet:
-        """The reach set whose start pitch is nearest, flown from the true attitude.
+        """Return the reach set whose start pitch is nearest, flown from the true attitude.
 
         What is verified is then what is flown, from whatever attitude.
+
+        Parameters
+        ----------
+        state
+            Own state estimate, world frame.
+
+        Returns
+        -------
+        PreparedReachSet
+            With its costs, in the grid frame.
         """
         roll, pitch, _ = state.attitude_rad.tolist()
         classes = self.automaton.classes
@@ -255,7 +305,18 @@ class Planner:
         return self.prepare(pitch).flown_from(self.automaton, roll, pitch)
 
     def prepare(self, pitch_rad: float) -> PreparedReachSet:
-        """The reach set whose start pitch is nearest; the flatter one of two."""
+        """Return the reach set whose start pitch is nearest; the flatter one of two.
+
+        Parameters
+        ----------
+        pitch_rad
+            Nose down positive.
+
+        Returns
+        -------
+        PreparedReachSet
+            With its costs, in the grid frame.
+        """
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
         )[1]

@@ -86,8 +86,14 @@ class AvoidanceSettings(EvidenceSettings):
     """How the vehicle senses, remembers and decides; defaults are those of the static mission.
 
     This one value holds every setting that goes from a mission to sensing, live and avoidance.
-    Raises InputError naming every value that cannot be used.
 
+    Raises
+    ------
+    InputError
+        Naming every value that cannot be used.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> cw.AvoidanceSettings(safety_margin_m=3.0, rating="visible")
     AvoidanceSettings(rating='visible', safety_margin_m=3)

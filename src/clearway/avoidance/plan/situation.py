@@ -61,9 +61,14 @@ class Here(NamedTuple):
 class Situation:
     """All that is known at the decision time, in the world frame unless said otherwise.
 
-    Raises InputError naming all that cannot be used: what is not finite or out of range would end
-    in a margin or a cost that every trajectory keeps.
+    Raises
+    ------
+    InputError
+        Naming all that cannot be used: what is not finite or out of range would end in a margin or
+        a cost that every trajectory keeps.
 
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> here = cw.State(np.zeros(3))
@@ -117,7 +122,18 @@ class Situation:
 
     @classmethod
     def trust(cls, **values: object) -> Situation:
-        """One of values that need no checks, all of them by name; `frame` may be among them."""
+        """Make a situation of values that need no checks.
+
+        Parameters
+        ----------
+        **values
+            All fields, each by name; `frame` may be among them.
+
+        Returns
+        -------
+        Situation
+            Of these values as they are.
+        """
         situation = object.__new__(cls)
         situation.__dict__.update(values)
         return situation

@@ -98,8 +98,34 @@ class MapFile:
 def read_map(
     path: str | Path, origin: Geodetic | None = None, *, point_radius_m: float = POINT_RADIUS_M
 ) -> MapFile:
-    """One map file; errors and arguments as of `read_maps`.
+    """Read one map file; the suffix and the content tell its format.
 
+    Parameters
+    ----------
+    path
+        The file.
+    origin
+        Latitude, longitude and height above sea level of the local frame; by default amid the
+        places of the file, at its lowest ground.
+    point_radius_m
+        Of what the file gives as a mere point; above 0, at most 100 km.
+
+    Returns
+    -------
+    MapFile
+        Its obstacles in the local frame, in metres.
+
+    Raises
+    ------
+    InputError
+        When the file is absent, empty, truncated or of no known format.
+    MissingExtraError
+        When the package that reads the format is not installed.
+    ClearwayError
+        For a `point_radius_m` out of range.
+
+    Examples
+    --------
     >>> from pathlib import Path
     >>> import clearway as cw
     >>> place = '{"type": "Point", "coordinates": [14.5, 46.05]}'

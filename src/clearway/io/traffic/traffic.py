@@ -24,10 +24,26 @@ memory, and a small file may unpack to more than there is."""
 def read_traffic(path: str | Path) -> TrafficRecording:
     """Read a recording of any known format, gzip or not, whatever its suffix.
 
-    Raises InputError when the file is absent, empty, truncated, of no known format, or has nothing
-    in it that can be understood; MissingExtraError when Mode S is to be decoded without [adsb], or
-    a ULog read without [ulog].
+    Parameters
+    ----------
+    path
+        The file.
 
+    Returns
+    -------
+    TrafficRecording
+        Its reports, and what was left out.
+
+    Raises
+    ------
+    InputError
+        When the file is absent, empty, truncated, of no known format, or has nothing in it that
+        can be understood.
+    MissingExtraError
+        When Mode S is to be decoded without [adsb], or a ULog read without [ulog].
+
+    Examples
+    --------
     >>> from pathlib import Path
     >>> import clearway as cw
     >>> row = '{"now": 10, "hex": "4b1801", "lat": 46.05, "lon": 14.5, "alt_baro": 3000}\\n'

@@ -47,13 +47,32 @@ WOULD_MEET = "the wish would meet an aircraft before it has passed"
 class Guardian:
     """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
 
-    start: where it takes over. lidars, obstacle_map: as of `AvoidanceSystem`. hold_s: for how long
-    a wish counts; after that a vehicle that can stop brakes, and then the way out is flown, until
-    the next call.
-    acceleration_mps2: at which a vehicle that can stop changes its velocity; None takes that of a
-    vehicle with inertia, and 3 m/s2 of any other, which `braking` says. Raises ClearwayError for a
-    planner that asks for no ways out, or a vehicle that has none.
+    Parameters
+    ----------
+    planner
+        Of a vehicle that has escapes; its settings say how readings are taken too.
+    start
+        Where it takes over, world frame.
+    lidars
+        As `AvoidanceSystem` takes them.
+    obstacle_map
+        What was known before take-off, world frame.
+    hold_s
+        For how long a wish counts. After that a vehicle that can stop brakes, and then the escape
+        is flown, until the next call.
+    acceleration_mps2
+        At which a vehicle that can stop changes its velocity. None takes that of a vehicle with
+        inertia, and 3 m/s2 of any other, which `braking` says.
 
+    Raises
+    ------
+    ClearwayError
+        For a planner that asks for no escapes, or a vehicle that has none.
+    InputError
+        For times and accelerations that are not above 0.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> automaton = cw.MovementAutomaton.inertialess(speed_mps=1.0)
@@ -117,7 +136,18 @@ class Guardian:
         return self._known.counts
 
     def begin_at(self, place_m: FloatArray) -> None:
-        """As `AvoidanceSystem.begin_at`."""
+        """Take a place for the start, as `AvoidanceSystem.begin_at` does.
+
+        Parameters
+        ----------
+        place_m
+            [3] world frame.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no such place.
+        """
         self._known.sensing.begin_at(place_m)
 
     def forget_free_space(self) -> None:
@@ -136,16 +166,54 @@ class Guardian:
     # --- readings -------------------------------------------------------------------------
 
     def update(self, reading: Reading) -> None:
-        """Take an own state, a scan or an intruder, as `AvoidanceSystem.update` does."""
+        """Take one reading, as `AvoidanceSystem.update` does.
+
+        Parameters
+        ----------
+        reading
+            Own state estimate, scan or intruder, as reported.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no reading at all.
+        """
         self._known.put(reading)
 
     def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
-        """Make a reading of raw values and take it; returns whether it could be made."""
+        """Make a reading of raw values and take it, as `AvoidanceSystem.receive` does.
+
+        Parameters
+        ----------
+        kind
+            What to make: `State`, `Scan` or `Intruder`.
+        *values
+            Its arguments by place.
+        **named
+            Its arguments by name.
+
+        Returns
+        -------
+        bool
+            Whether the reading could be made.
+        """
         return self._known.receive(kind, *values, **named)
 
     def catch_up(self, now_s: float) -> None:
-        """Take in what has come, held against the time; every question does so itself. For whoever
-        has time before the next wish: a scan then costs that wish nothing."""
+        """Take in what has come, checked against the time; every question does so itself.
+
+        A caller with time before the next wish saves that wish the work of a scan.
+
+        Parameters
+        ----------
+        now_s
+            The present time, on the clock of the readings.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no time.
+        """
         self._known.catch_up(now_s)
 
     # --- wishes ---------------------------------------------------------------------------
@@ -158,10 +226,30 @@ class Guardian:
         yaw_rate_rps: float = 0.0,
         own_velocity_mps: npt.ArrayLike | None = None,
     ) -> Guarded:
-        """A wished velocity [3], world frame: what is to be flown instead, or the same.
+        """Return what is to be flown in place of a wished velocity, or the same.
 
-        own_velocity_mps: [3] as measured; default: as was told last. Raises ClearwayError before
-        the first own state, InputError for what is not finite.
+        Parameters
+        ----------
+        velocity_mps
+            [3] the wish, world frame.
+        now_s
+            The present time, on the clock of the readings.
+        yaw_rate_rps
+            Wished rate of yaw, left positive.
+        own_velocity_mps
+            [3] as measured, world frame; by default as was reported last.
+
+        Returns
+        -------
+        Guarded
+            What to fly, whether that is the wish, and why.
+
+        Raises
+        ------
+        ClearwayError
+            Before the first own state estimate.
+        InputError
+            For what is not finite.
         """
         wish = VelocityWish(np.asarray(velocity_mps, dtype=np.float64), yaw_rate_rps)
         return self.guard(wish, now_s, own_velocity_mps=own_velocity_mps)
@@ -174,7 +262,31 @@ class Guardian:
         speed_mps: float | None = None,
         own_velocity_mps: npt.ArrayLike | None = None,
     ) -> Guarded:
-        """A wished path [n, 3], world frame, at a speed; by default the vehicle's."""
+        """Return what is to be flown in place of a wished path, or the same.
+
+        Parameters
+        ----------
+        places_m
+            [n, 3] the wish, world frame.
+        now_s
+            The present time, on the clock of the readings.
+        speed_mps
+            At which the path is flown; by default the vehicle's.
+        own_velocity_mps
+            [3] as measured, world frame; by default as was reported last.
+
+        Returns
+        -------
+        Guarded
+            What to fly, whether that is the wish, and why.
+
+        Raises
+        ------
+        ClearwayError
+            Before the first own state estimate.
+        InputError
+            For a path of no places, what is not finite, and no speed.
+        """
         speed = self.planner.speed_mps if speed_mps is None else speed_mps
         wish = PathWish(np.asarray(places_m, dtype=np.float64), speed)
         return self.guard(wish, now_s, own_velocity_mps=own_velocity_mps)
@@ -182,7 +294,29 @@ class Guardian:
     def guard(
         self, wish: Wish | None, now_s: float, *, own_velocity_mps: npt.ArrayLike | None = None
     ) -> Guarded:
-        """A wish, or None where nobody wishes anything: what is in hand is flown on then."""
+        """Return what is to be flown in place of a wish, or the same.
+
+        Parameters
+        ----------
+        wish
+            A velocity or a path; None where nobody wishes anything: what is held is flown on then.
+        now_s
+            The present time, on the clock of the readings.
+        own_velocity_mps
+            [3] as measured, world frame; by default as was reported last.
+
+        Returns
+        -------
+        Guarded
+            What to fly, whether that is the wish, and why.
+
+        Raises
+        ------
+        ClearwayError
+            Before the first own state estimate.
+        InputError
+            For a velocity that is not finite.
+        """
         guarded = self._guard(wish, now_s, own_velocity_mps)
         if wish is None:
             return guarded
@@ -264,17 +398,50 @@ class Guardian:
         return self._holding.held
 
     def state_at(self, time_s: float) -> State | None:
-        """Where what is in hand has the vehicle at a time; None before anything is."""
+        """Return where what is held has the vehicle at a time.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        State or None
+            World frame; None before anything is held.
+        """
         return self._holding.state_at(time_s)
 
     def escape_ends_s(self, time_s: float) -> float | None:
-        """When the way out held at a time has been flown, as `AvoidanceSystem.escape_ends_s`."""
+        """Return when the escape held at a time has been flown.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        float or None
+            As `AvoidanceSystem.escape_ends_s`.
+        """
         return self._holding.escape_ends_s(time_s)
 
     def set_point_at(self, time_s: float) -> SetPoint | None:
-        """What is in hand as a set-point of a time; None before anything is."""
+        """Return what is held as a set-point of a time.
+
+        Parameters
+        ----------
+        time_s
+            On the clock of the readings.
+
+        Returns
+        -------
+        SetPoint or None
+            World frame; None before anything is held.
+        """
         return self._holding.set_point_at(time_s)
 
     def let_go(self) -> None:
-        """Forget what is in hand: nobody flies it."""
+        """Forget what is held: nobody flies it."""
         self._holding.let_go()

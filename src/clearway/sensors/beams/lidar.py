@@ -51,8 +51,13 @@ class Mounting:
 class Lidar:
     """A LiDAR: where it looks, where it sits, how well it measures.
 
-    Raises ClearwayError naming the field that is out of its interval.
+    Raises
+    ------
+    ClearwayError
+        Naming the field that is out of its interval.
 
+    Examples
+    --------
     >>> import clearway as cw
     >>> grid = cw.AvoidanceGrid.uniform()
     >>> cw.Lidar("front", cw.BeamPattern.per_cell(grid, 4), sigma_m=0.03)

@@ -28,9 +28,13 @@ MOST_BEAMS = 5_000_000
 class BeamPattern:
     """Directions of one sweep in the sensor frame, and the ranges that the sensor can measure.
 
-    Raises ClearwayError naming the field when angles are missing or not finite, or ranges are
-    impossible.
+    Raises
+    ------
+    ClearwayError
+        Naming the field when angles are missing or not finite, or ranges are impossible.
 
+    Examples
+    --------
     >>> import numpy as np
     >>> import clearway as cw
     >>> pattern = cw.BeamPattern.rotating(np.linspace(-15.0, 15.0, 16), 0.2, max_range_m=100.0)
@@ -102,7 +106,33 @@ class BeamPattern:
         max_range_m: float = np.inf,
         spacing_rad: float | None = None,
     ) -> BeamPattern:
-        """Every azimuth at every elevation, azimuth outermost; spacing is measured if not given."""
+        """Make a pattern of every azimuth at every elevation, azimuth outermost.
+
+        Parameters
+        ----------
+        azimuths_rad
+            [n] left positive.
+        elevations_rad
+            [m] up positive.
+        name
+            Of the pattern.
+        min_range_m
+            Blind range: nearer returns are dropped.
+        max_range_m
+            Farthest return.
+        spacing_rad
+            Typical angle between neighbouring beams; by default as measured.
+
+        Returns
+        -------
+        BeamPattern
+            Of n x m beams, sensor frame.
+
+        Raises
+        ------
+        ClearwayError
+            For angles or ranges that cannot be used, and for too many beams.
+        """
         azimuths = np.ravel(np.asarray(azimuths_rad, dtype=np.float64))
         elevations = np.ravel(np.asarray(elevations_rad, dtype=np.float64))
         _refuse_too_many(len(azimuths) * len(elevations))
@@ -129,7 +159,35 @@ class BeamPattern:
         min_range_m: float = 0.0,
         max_range_m: float = np.inf,
     ) -> BeamPattern:
-        """A stack of lasers that turns: its azimuths are the middles of equal steps about ahead."""
+        """Make the pattern of a stack of lasers that turns.
+
+        Its azimuths are the middles of equal steps about ahead.
+
+        Parameters
+        ----------
+        elevations_deg
+            [n] of the lasers, up positive.
+        azimuth_step_deg
+            Between two shots of a laser.
+        azimuth_span_deg
+            Width of the sweep.
+        name
+            Of the pattern.
+        min_range_m
+            Blind range: nearer returns are dropped.
+        max_range_m
+            Farthest return.
+
+        Returns
+        -------
+        BeamPattern
+            Of one sweep, sensor frame.
+
+        Raises
+        ------
+        ClearwayError
+            For angles or ranges that cannot be used, and for too many beams.
+        """
         if not 0.0 < azimuth_step_deg <= azimuth_span_deg <= 360.0:
             raise ClearwayError(
                 f"beam pattern {name}: needs 0 < azimuth_step_deg <= azimuth_span_deg <= 360, "
@@ -155,7 +213,31 @@ class BeamPattern:
         min_range_m: float = 0.0,
         max_range_m: float = np.inf,
     ) -> BeamPattern:
-        """The same number of beams through every column, at angular midpoints of subdivisions."""
+        """Make a pattern with the same number of beams through every column of a grid.
+
+        Parameters
+        ----------
+        grid
+            Whose columns are subdivided; beams are the angular midpoints.
+        azimuths_per_cell
+            Subdivisions of a column's azimuth.
+        elevations_per_cell
+            Subdivisions of its elevation.
+        min_range_m
+            Blind range: nearer returns are dropped.
+        max_range_m
+            Farthest return.
+
+        Returns
+        -------
+        BeamPattern
+            Of one sweep, in the grid's frame.
+
+        Raises
+        ------
+        ClearwayError
+            For no subdivisions, ranges that cannot be used, and too many beams.
+        """
         if azimuths_per_cell < 1 or elevations_per_cell < 1:
             raise ClearwayError(
                 "beam pattern per cell: at least one azimuth and one elevation are needed, "

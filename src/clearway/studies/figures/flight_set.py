@@ -24,13 +24,32 @@ from clearway.view.plot.traffic import draw_collision_distance, draw_traffic, fi
 def draw_flight(
     run: Run[Steering], at_s: float | None = None, *, title: str | None = None
 ) -> Figure:
-    """A flight as one picture: the way flown, what was seen and what was there, from above too.
+    """Draw a flight: the way flown, what was seen and what was there, from above too.
 
-    run: what `fly` or `simulate` gave. at_s: show the flight up to its last decision at that time
-    in seconds, with plan and field of view; by default all of it. Lengths are metres in the world
-    frame. A notebook shows the figure, `savefig` of it writes a file. Raises ClearwayError where
-    no decision is that early, and for a moment of a planner that has no plan to show.
+    A notebook shows the figure, `savefig` of it writes a file.
 
+    Parameters
+    ----------
+    run
+        What `fly` or `simulate` gave.
+    at_s
+        Show the flight up to its last decision at that time in seconds, with plan and field of
+        view; by default all of it.
+    title
+        Above the picture; by default mission and time.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib; lengths are metres in the world frame.
+
+    Raises
+    ------
+    ClearwayError
+        Where no decision is that early, and for a moment of a planner that has no plan to show.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> run = cw.fly("static-obstacles")
     >>> cw.draw_flight(run).savefig("flight.png")

@@ -47,11 +47,29 @@ def air_picture(
     own_address: str | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> AirPicture:
-    """Tracks and closest pairs of a recording; the own address is the file's if not given.
+    """Find the tracks and the closest pairs of a recording.
 
-    progress: called with what is done and what there is to do. Raises InputError if the own address
-    is given, but nowhere in the recording.
+    Parameters
+    ----------
+    recording
+        What `read_traffic` gave.
+    own_address
+        Transponder address of the own aircraft; by default the file's.
+    progress
+        Called with what is done and what there is to do.
 
+    Returns
+    -------
+    AirPicture
+        Aircraft and pairs.
+
+    Raises
+    ------
+    InputError
+        If the own address is given, but nowhere in the recording.
+
+    Examples
+    --------
     >>> import json
     >>> from pathlib import Path
     >>> import clearway as cw

@@ -57,13 +57,31 @@ def draw_assessment(
     *,
     title: str | None = None,
 ) -> Figure:
-    """One moment as a picture: trajectories in space at left, cells row by row at right.
+    """Draw one moment: trajectories in space at left, cells row by row at right.
 
-    assessed: what `assess` or `decide` gave, or a decision of a flight. quantity: "reachability"
-    (4.23), "obstacle" probability (4.17) or "visibility" (5.47), each in [0, 1]. Lengths are
-    metres in the frame of the grid. A notebook shows the figure, `savefig` of it writes a file.
-    Raises ClearwayError for another quantity.
+    A notebook shows the figure, `savefig` of it writes a file.
 
+    Parameters
+    ----------
+    assessed
+        What `assess` or `decide` gave, or a decision of a flight.
+    quantity
+        "reachability" (4.23), "obstacle" probability (4.17) or "visibility" (5.47), each in [0, 1].
+    title
+        Above the picture; by default what was assessed, and the quantity.
+
+    Returns
+    -------
+    Figure
+        Of matplotlib; lengths are metres in the frame of the grid.
+
+    Raises
+    ------
+    ClearwayError
+        For another quantity.
+
+    Examples
+    --------
     >>> import clearway as cw
     >>> rated = cw.assess("two-balls.toml")
     >>> cw.draw_assessment(rated, "obstacle").savefig("two-balls.png")
