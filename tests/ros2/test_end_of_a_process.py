@@ -16,12 +16,12 @@ import threading
 from cyclonedds.core import Entity
 from clearway.ros2 import dds
 from clearway.ros2.bus import USUAL
-from clearway.ros2.messages import made, pack_message
+from clearway.ros2.messages import make_message, pack_message
 
 dds.LONGEST_STOP_S = 0.3
 bus = dds.DdsBus({domain})
 bus.advertise("/said", "std_msgs/msg/String", USUAL)
-bus.publish("/said", pack_message(made("std_msgs/msg/String", data="all")))
+bus.publish("/said", pack_message(make_message("std_msgs/msg/String", data="all")))
 bus.close()
 stop = Entity._delete
 Entity._delete = {stops}
