@@ -27,7 +27,7 @@ def test_hostile_wishes_reach_nothing_and_those_near_nothing_pass(seed: int) -> 
     flown = hostile(seed)
     assert flown.is_kept, flown.nearest_m
     assert flown.near_nothing >= 10
-    assert flown.unchanged >= 0.99 * flown.near_nothing
+    assert flown.unchanged >= 0.95 * flown.near_nothing
 
 
 @pytest.mark.parametrize("seed", some_of(50, 1))
