@@ -12,6 +12,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.base.frames import FloatArray
 from clearway.reach.escapes.legs import Legs
@@ -40,26 +41,25 @@ def ways_in_wind(
 @lru_cache(maxsize=256)
 def _find(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Ways:
     ways, legs = library.ways[start], library.legs
-    yaw = _yaws(library, start)
     straight = _straight(legs)
     circles = [] if straight is None else _circles(library)
-    begins: list[int] = []
-    loops: list[int] = []
+    starts = np.flatnonzero(ways.attitude == 0)
+    # Thousands of beginnings end in a few headings.
+    headings, appears, heading = np.unique(
+        _yaws(library, start)[starts], return_index=True, return_inverse=True
+    )
     numbers: dict[tuple[int, ...], int] = {}
-    against: dict[tuple[float, int], tuple[int, ...]] = {}  # Thousands end in a few headings.
-    for beginning in np.flatnonzero(ways.attitude == 0).tolist():
-        heading = float(yaw[beginning])
-        before = int(ways.movement[beginning])
-        for turn, count in circles:
-            loop = against.get((heading, turn))
-            if loop is None:
-                cosine, sine = np.cos(heading), np.sin(heading)
-                wind = np.array([cosine * x_mps + sine * y_mps, cosine * y_mps - sine * x_mps])
-                loop = _against(legs, turn, count, straight or 0, wind)
-                against[heading, turn] = loop
-            if _may_follow(library, before, loop):
-                begins.append(beginning)
-                loops.append(numbers.setdefault(loop, len(numbers)))
+    loop_of = np.zeros((len(headings), len(circles)), dtype=np.int64)
+    for at in np.argsort(appears).tolist():
+        cosine, sine = np.cos(headings[at]), np.sin(headings[at])
+        wind = np.array([cosine * x_mps + sine * y_mps, cosine * y_mps - sine * x_mps])
+        for side, (turn, count) in enumerate(circles):
+            loop = _against(legs, turn, count, straight or 0, wind)
+            loop_of[at, side] = numbers.setdefault(loop, len(numbers))
+    begins = np.repeat(starts, len(circles))
+    loops = loop_of[heading].ravel()
+    allowed = _allowed(library, list(numbers))[ways.movement[begins], loops]
+    begins, loops = begins[allowed], loops[allowed]
     others = slice(0, MOST_OTHERS)
     lengths = [len(loop) for loop in numbers]
     first = int(sum(lengths))
@@ -67,8 +67,8 @@ def _find(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Way
         ways.parent,
         ways.movement,
         ways.attitude,
-        np.concatenate([np.array(begins, dtype=np.int64), ways.begins[others]]),
-        np.concatenate([np.array(loops, dtype=np.int64), ways.loop[others] + len(lengths)]),
+        np.concatenate([begins, ways.begins[others]]),
+        np.concatenate([loops, ways.loop[others] + len(lengths)]),
         np.concatenate([np.zeros(len(lengths), dtype=np.int64), ways.loop_attitude]),
         np.concatenate([np.cumsum([0, *lengths])[:-1].astype(np.int64), ways.loop_at + first]),
         np.concatenate(
@@ -131,10 +131,15 @@ def _against(
     return (turn,) * turned + (straight,) * straights + (turn,) * (count - turned)
 
 
-def _may_follow(library: EscapeLibrary, before: int, loop: tuple[int, ...]) -> bool:
-    """Whether an automaton allows a loop, again and again, after a movement; -1 for none."""
+def _allowed(library: EscapeLibrary, loops: list[tuple[int, ...]]) -> npt.NDArray[np.bool_]:
+    """[movements + 1, loops] whether an automaton allows a loop, again and again, after a movement;
+    the last row, which is also that of -1, for none."""
     forbidden, names = library.automaton.forbidden, library.automaton.names
-    if not forbidden:
-        return True
-    flown = ((before,) if before >= 0 else ()) + loop + loop[:1]
-    return all((names[a], names[b]) not in forbidden for a, b in pairwise(flown))
+    allowed = np.ones((len(names) + 1, len(loops)), dtype=np.bool_)
+    if forbidden:
+        for at, loop in enumerate(loops):
+            again = pairwise((*loop, loop[0]))
+            allowed[:, at] = all((names[a], names[b]) not in forbidden for a, b in again)
+            for before, name in enumerate(names):
+                allowed[before, at] &= (name, names[loop[0]]) not in forbidden
+    return allowed
