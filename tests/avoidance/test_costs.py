@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from clearway.avoidance.clear.closing import closing_m
 from clearway.avoidance.clear.hazards import nothing_moving
 from clearway.avoidance.decide import decide
-from clearway.avoidance.plan.costs import Prices, _turn_then_straight, curved_distance_to_go
+from clearway.avoidance.plan.costs import Prices, _turn_then_straight, turning_distance_to_go
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.prepared import PreparedReachSet
 from clearway.avoidance.plan.settings import AvoidanceSettings
@@ -82,7 +82,7 @@ def test_the_next_goal_counts_once_the_first_is_passed():
     goal = goal_at([5.0, 0, 0], final=False, following=[20.0, 15.0, 0])
     arrived = arrival(REACH_SET, goal)
     every = np.arange(REACH_SET.nodes)
-    to_go = curved_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
+    to_go = turning_distance_to_go(REACH_SET, every, goal, arrived, AUTOMATON)
     assert np.all(to_go[~arrived.reached] >= np.hypot(15.0, 15.0))
     leaf = REACH_SET.trajectories
     best = leaf[np.argmin((REACH_SET.length_m + to_go)[leaf])]
@@ -93,10 +93,10 @@ def test_the_next_goal_counts_once_the_first_is_passed():
 
 def test_default_stage_cost_is_length_with_small_prices():
     free = PreparedReachSet.of(
-        REACH_SET, Prices(turn=0, change=0, vertical=0).suited(can_stop=False)
+        REACH_SET, Prices(turn=0, change=0, vertical=0).suit_vehicle(can_stop=False)
     )
     np.testing.assert_allclose(free.path_cost_m, REACH_SET.length_m)
-    priced = PreparedReachSet.of(REACH_SET, Prices().suited(can_stop=False))
+    priced = PreparedReachSet.of(REACH_SET, Prices().suit_vehicle(can_stop=False))
     assert np.all(priced.path_cost_m >= free.path_cost_m - 1e-12)
     straight = [n for n in REACH_SET.trajectories if set(REACH_SET.movements_to(n)) == {"Straight"}]
     np.testing.assert_allclose(priced.path_cost_m[straight], REACH_SET.length_m[straight])
@@ -104,7 +104,9 @@ def test_default_stage_cost_is_length_with_small_prices():
 
 def test_a_user_can_replace_the_stage_cost():
     hops = PreparedReachSet.of(
-        REACH_SET, Prices().suited(can_stop=False), lambda reach_set, _: np.ones(reach_set.nodes)
+        REACH_SET,
+        Prices().suit_vehicle(can_stop=False),
+        lambda reach_set, _: np.ones(reach_set.nodes),
     )
     np.testing.assert_array_equal(hops.path_cost_m, REACH_SET.depth)
 

@@ -116,7 +116,7 @@ def test_a_start_pitch_predicted_anew_is_the_set() -> None:
     ):
         own = Planner.of(ReachLibrary.build(automaton, AvoidanceGrid.uniform(5.0, 5)))
         for pitch, prepared in own.prepared_sets:
-            near = prepared.flown_from(automaton, 0.0, pitch - 2e-9 * np.sign(pitch + 1e-3))
+            near = prepared.fly_from(automaton, 0.0, pitch - 2e-9 * np.sign(pitch + 1e-3))
             assert near is not prepared
             same, anew = prepared.reach_set, near.reach_set
             assert np.allclose(anew.samples_m, same.samples_m, rtol=0.0, atol=1e-7)

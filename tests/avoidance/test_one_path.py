@@ -13,7 +13,7 @@ from clearway.avoidance.choose.tiers import NodeRatings, in_order, pick_candidat
 from clearway.avoidance.clear.hazards import Hazards, MovingHazards, PointHazards
 from clearway.avoidance.clear.loiter import NO_LOITER, loiter_circles
 from clearway.avoidance.decide import decide
-from clearway.avoidance.plan.costs import curved_distance_to_go
+from clearway.avoidance.plan.costs import turning_distance_to_go
 from clearway.avoidance.plan.prepared import PreparedReachSet
 from clearway.avoidance.rate.fusion import Evidence
 from clearway.avoidance.rate.goal import Goal, arrival
@@ -137,7 +137,7 @@ def own_total(evidence: Evidence, obstacle: np.ndarray, unknown: np.ndarray) -> 
 
 
 def own_cost(*asked: object) -> np.ndarray:
-    return curved_distance_to_go(*asked)  # type: ignore[arg-type]
+    return turning_distance_to_go(*asked)  # type: ignore[arg-type]
 
 
 WITHOUT_WAYS_OUT, WITH_WAYS_OUT = planner(escape="off"), planner()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.avoidance.plan.costs import Prices, _climbed, curved_distance_to_go
+from clearway.avoidance.plan.costs import Prices, _climb_cost, turning_distance_to_go
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
@@ -36,22 +36,22 @@ def test_who_climbs_only_as_it_goes_ahead_is_known():
 
 
 def test_known_costs_of_climbs():
-    assert _climbed(30.0, 40.0, 7.0, 0.0, STEEPEST, (2.0, 9.0)) == pytest.approx(57.0)
-    shallow = _climbed(30.0, 40.0, 0.0, 10.0, STEEPEST, (2.0, 9.0))
+    assert _climb_cost(30.0, 40.0, 7.0, 0.0, STEEPEST, (2.0, 9.0)) == pytest.approx(57.0)
+    shallow = _climb_cost(30.0, 40.0, 0.0, 10.0, STEEPEST, (2.0, 9.0))
     assert shallow == pytest.approx(np.sqrt(2600.0) + 20.0)
     # Straight above: half of the way there, a half turn, and half of it back.
-    assert _climbed(0.0, 0.0, 0.0, -20.0, STEEPEST, (2.0, 9.0)) == pytest.approx(
+    assert _climb_cost(0.0, 0.0, 0.0, -20.0, STEEPEST, (2.0, 9.0)) == pytest.approx(
         20.0 / SIN + 40.0 + 9.0 * np.pi
     )
 
 
 @given(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(-80.0, 80.0))
 def test_no_climb_costs_less_than_its_straight_way_or_its_slope(ahead, left, rise):
-    cost = _climbed(ahead, left, 0.0, rise, STEEPEST, FREE)
+    cost = _climb_cost(ahead, left, 0.0, rise, STEEPEST, FREE)
     assert cost >= np.sqrt(ahead**2 + left**2 + rise**2) - 1e-9
     assert cost >= abs(rise) / SIN * (1.0 - 1e-12) or abs(rise) <= np.hypot(ahead, left) * TAN
-    assert _climbed(ahead, -left, 0.0, rise, STEEPEST, (1.0, 5.0)) == pytest.approx(
-        _climbed(ahead, left, 0.0, rise, STEEPEST, (1.0, 5.0))
+    assert _climb_cost(ahead, -left, 0.0, rise, STEEPEST, (1.0, 5.0)) == pytest.approx(
+        _climb_cost(ahead, left, 0.0, rise, STEEPEST, (1.0, 5.0))
     )
 
 
@@ -60,8 +60,8 @@ def test_who_flies_on_away_and_climbs_loses_nothing(away, rise, flown):
     """Below a steep goal the way on is as good as any: it is turned back from later."""
     if rise - flown * TAN <= (away + flown) * TAN:
         return  # High enough: it turns back now.
-    before = _climbed(-away, 0.0, 0.0, rise, STEEPEST, (1.0, 5.0))
-    after = _climbed(-away - flown, 0.0, 0.0, rise - flown * TAN, STEEPEST, (1.0, 5.0))
+    before = _climb_cost(-away, 0.0, 0.0, rise, STEEPEST, (1.0, 5.0))
+    after = _climb_cost(-away - flown, 0.0, 0.0, rise - flown * TAN, STEEPEST, (1.0, 5.0))
     length = flown / np.cos(STEEPEST)
     assert after + length + flown * TAN == pytest.approx(before, abs=1e-6)
 
@@ -88,8 +88,8 @@ def test_a_waypoint_before_a_steep_leg_is_no_dearer_passed_than_not(reach_set: R
     goal = goal_at([15.0, 0, 0], following=[30.0, 0.0, 40.0])
     arrived = arrival(reach_set, goal)
     every = np.arange(reach_set.nodes)
-    to_go = curved_distance_to_go(
-        reach_set, every, goal, arrived, QUADROTOR, Prices().suited(can_stop=False)
+    to_go = turning_distance_to_go(
+        reach_set, every, goal, arrived, QUADROTOR, Prices().suit_vehicle(can_stop=False)
     )
     steepest = QUADROTOR.steepest_rad
     assert steepest is not None
@@ -112,7 +112,7 @@ def test_other_vehicles_count_as_they_did():
     library = ReachLibrary.build(
         MovementAutomaton.plane(), AvoidanceGrid.uniform(), method="primitives"
     )
-    assert Planner.of(library).terminal_cost is curved_distance_to_go
+    assert Planner.of(library).terminal_cost is turning_distance_to_go
 
 
 LEGS = {

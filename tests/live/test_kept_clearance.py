@@ -24,7 +24,7 @@ from clearway.obstacles.obstacle import Obstacle
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import BeamPattern, Lidar, LidarSensor
 from clearway.sim import simulate
-from clearway.studies.reliability.kept import TIE, HeldShare, Kept, KeptWatch, fitted_scores
+from clearway.studies.reliability.kept import TIE, HeldShare, Kept, KeptWatch, fit_scores
 from worlds_for_tests import LIDAR, mission, planner
 
 BALLS = ObstacleMap(
@@ -43,7 +43,7 @@ def flown():
 
 def test_a_whole_flight_states_bounds_that_hold_and_learns_from_its_scans():
     run, watch = flown()
-    rows = watch.kept(run)
+    rows = watch.list_kept(run)
     stated = [entry.flight.kept for entry in run.decisions]
     assert len(rows) == len(stated) > 15
     assert np.mean([row.held for row in rows]) >= 0.9
@@ -116,7 +116,7 @@ def flight_of(errors_m, *, shown: bool) -> list[Kept]:
 
 def test_the_table_of_scores_is_what_flights_showed():
     errors_m = np.random.default_rng(3).normal(0.0, 0.03, 4_000)
-    found = fitted_scores(flight_of(errors_m, shown=True))
+    found = fit_scores(flight_of(errors_m, shown=True))
     assert list(found) == [GROUP]
     assert found[GROUP]["true"][-1] == pytest.approx(1.645, abs=0.1)
     assert found[GROUP]["measured"] == tuple(max(one, TIE) for one in found[GROUP]["true"])

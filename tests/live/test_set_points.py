@@ -27,7 +27,7 @@ def test_a_velocity_is_drawn_to_the_place_and_turns_the_nose() -> None:
     far, _ = point.as_velocity(np.array([-90.0, 0.0, 0.0]), 0.0, 5.0)
     assert np.linalg.norm(far - point.velocity_mps) == pytest.approx(0.3 * 5.0)
     # The last message may be flown on: to hold is to stand still.
-    standing, turning = point.held().as_velocity(np.zeros(3), 0.0, 5.0)
+    standing, turning = point.hold().as_velocity(np.zeros(3), 0.0, 5.0)
     assert not standing.any()
     assert turning == 0.0
 

@@ -353,7 +353,7 @@ def placed(told: list[Any]) -> np.ndarray[Any, Any]:
         else:
             surroundings.take_obstacle(message, 1.0)
     surroundings.flush(1001.0)
-    (scan,) = bench.session.core._scans.placed()
+    (scan,) = bench.session.core._scans.place_waiting()
     far = np.linalg.norm(scan.points_m, axis=1) > 0.0075
     assert isinstance(bench.session.core, Session)
     return scan.points_m[far]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.avoidance.plan.costs import Prices, curved_distance_to_go, length_and_prices
+from clearway.avoidance.plan.costs import Prices, length_and_prices, turning_distance_to_go
 from clearway.avoidance.rate.goal import Goal, arrival
 from clearway.base.grid import AvoidanceGrid
 from clearway.reach.expand.lattice import movements_deep
@@ -93,7 +93,7 @@ def test_cost_to_go_of_a_goal_behind_is_a_turn_on_the_spot(flying):
     behind = np.array([-10.0, 1e-9, 0.0])
     goal = Goal(behind, behind, 1.0, final=True)
     nodes = np.array([hold, node])
-    to_go = curved_distance_to_go(flying, nodes, goal, arrival(flying, goal), ROTOR)
+    to_go = turning_distance_to_go(flying, nodes, goal, arrival(flying, goal), ROTOR)
     # Half a turn takes four seconds, in which four metres could be flown; half of it is done, and
     # the rest is shorter on the way.
     assert to_go[0] == pytest.approx(14.0, abs=1e-6)
@@ -107,7 +107,7 @@ def test_what_only_turns_on_the_spot_has_a_finite_cost_to_go():
     reach_set = build_reach_set(stiff, GRID)
     goal = Goal(np.array([0.0, 20.0, 0.0]), np.array([0.0, 20.0, 0.0]), 1.0, final=True)
     nodes = reach_set.trajectories
-    to_go = curved_distance_to_go(reach_set, nodes, goal, arrival(reach_set, goal), stiff)
+    to_go = turning_distance_to_go(reach_set, nodes, goal, arrival(reach_set, goal), stiff)
     assert np.all(np.isfinite(to_go))
 
 

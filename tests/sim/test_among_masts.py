@@ -47,8 +47,8 @@ def test_a_quadrotor_passes_masts_without_looking_about_for_long():
 
 
 def test_the_price_of_coated_cells_suits_the_vehicle_unless_it_is_given():
-    assert Prices().suited(can_stop=True).coated == 0.0
-    assert Prices().suited(can_stop=False).coated == 3.0
-    assert Prices(coated=2.0).suited(can_stop=True).coated == 2.0
+    assert Prices().suit_vehicle(can_stop=True).coated == 0.0
+    assert Prices().suit_vehicle(can_stop=False).coated == 3.0
+    assert Prices(coated=2.0).suit_vehicle(can_stop=True).coated == 2.0
     with pytest.raises(InputError, match="coated"):
         Prices(coated=-1.0)

@@ -36,6 +36,6 @@ def test_a_dead_end_without_room_is_passed_by_and_a_room_is_left(label: str, see
 
 
 def test_no_room_costs_more_where_ways_out_promise_nothing() -> None:
-    assert Prices().suited(can_stop=False).no_room == 6.0
-    assert Prices().suited(can_stop=False, unseen_is_free=True).no_room == 12.0
-    assert Prices(no_room=1.0).suited(can_stop=False, unseen_is_free=True).no_room == 1.0
+    assert Prices().suit_vehicle(can_stop=False).no_room == 6.0
+    assert Prices().suit_vehicle(can_stop=False, unseen_is_free=True).no_room == 12.0
+    assert Prices(no_room=1.0).suit_vehicle(can_stop=False, unseen_is_free=True).no_room == 1.0

@@ -24,13 +24,13 @@ from clearway.studies.reliability.bins import (
     BINS,
     bin_ratings,
     clopper_pearson,
-    counted,
+    count_moments,
     reliability,
 )
-from clearway.studies.reliability.fit import fitted
+from clearway.studies.reliability.fit import fit_knots
 from clearway.studies.reliability.passages import Passages
-from clearway.studies.reliability.record import CELLS, KINDS, TRAJECTORIES, looked_at
-from clearway.studies.reliability.truth import TruePassage, distances_m, obstructed_cells
+from clearway.studies.reliability.record import CELLS, KINDS, TRAJECTORIES, look_at_flight
+from clearway.studies.reliability.truth import TruePassage, distances_m, find_obstructed_cells
 from clearway.vehicle.automaton import MovementAutomaton
 from in_process import clearway
 from worlds_for_tests import LIDAR, mission, planner
@@ -106,7 +106,7 @@ def test_of_what_is_true_of_a_cell_the_last_class_counts():
 @given(st.lists(st.tuples(share, st.booleans()), min_size=1, max_size=60))
 def test_counts_give_the_scores_that_the_numbers_themselves_give(pairs):
     rating, good = (np.array(each) for each in zip(*pairs, strict=True))
-    found = reliability(counted(rating, good)[None])
+    found = reliability(count_moments(rating, good)[None])
     assert found.number == len(pairs)
     assert found.brier == pytest.approx(np.mean((rating - good) ** 2), abs=1e-9)
     assert found.came == pytest.approx(good.mean())
@@ -118,11 +118,13 @@ def test_a_rating_that_is_right_lies_on_the_line_and_an_overconfident_one_below(
     rng = np.random.default_rng(4)
     truth = rng.uniform(size=(40, 500))
     good = rng.uniform(size=truth.shape) < truth
-    right = reliability(np.stack([counted(*each) for each in zip(truth, good, strict=True)]))
+    right = reliability(np.stack([count_moments(*each) for each in zip(truth, good, strict=True)]))
     assert right.error < 0.02
     assert sum(p.low <= p.said <= p.high for p in right.points) >= 9
     boastful = np.sqrt(truth)
-    wrong = reliability(np.stack([counted(*each) for each in zip(boastful, good, strict=True)]))
+    wrong = reliability(
+        np.stack([count_moments(*each) for each in zip(boastful, good, strict=True)])
+    )
     assert wrong.error > 0.1
     assert all(p.high < p.said for p in wrong.points if 0.2 < p.said < 0.8)
 
@@ -130,7 +132,7 @@ def test_a_rating_that_is_right_lies_on_the_line_and_an_overconfident_one_below(
 def test_intervals_know_that_cells_of_a_flight_are_no_independent_trials():
     one, none = np.ones(1000, dtype=bool), np.zeros(1000, dtype=bool)
     half = np.full(1000, 0.5)
-    flights = np.stack([counted(half, one if k % 2 else none) for k in range(10)])
+    flights = np.stack([count_moments(half, one if k % 2 else none) for k in range(10)])
     (point,) = reliability(flights).points
     low, high = clopper_pearson(5, 10)
     assert (point.low, point.high) == pytest.approx((low, high), abs=0.05)
@@ -144,7 +146,7 @@ def test_the_fit_is_isotonic_and_what_it_was_made_of():
     rng = np.random.default_rng(7)
     said = rng.uniform(size=50_000)
     good = rng.uniform(size=said.shape) < said**3
-    knots = fitted(counted(said, good))
+    knots = fit_knots(count_moments(said, good))
     assert (np.diff(knots, axis=0) >= 0.0).all()
     at = np.linspace(0.05, 0.95, 19)
     assert np.interp(at, *knots.T) == pytest.approx(at**3, abs=0.04)
@@ -172,12 +174,12 @@ REACH_SET = build_reach_set(
 def test_a_ball_obstructs_the_cells_it_is_in_and_a_wire_those_it_passes():
     there, grid = _There(REACH_SET), REACH_SET.grid
     ball = ObstacleMap([Obstacle.ball([3.5, 0.0, 0.0], 0.2)])
-    hit = np.flatnonzero(obstructed_cells(there, ball, (), 6.0))
+    hit = np.flatnonzero(find_obstructed_cells(there, ball, (), 6.0))
     assert hit.tolist() == grid.cell_of(np.array([[3.5, 0.0, 0.0]])).tolist()
     across = (0.0, 0.0, np.pi / 2)
     wire = ObstacleMap([Obstacle.line([4.5, 0.0, 0.1], length_m=6.0, radius_m=0.005,
                                       orientation_rad=across)])  # fmt: skip
-    hit = set(np.flatnonzero(obstructed_cells(there, wire, (), 6.0)))
+    hit = set(np.flatnonzero(find_obstructed_cells(there, wire, (), 6.0)))
     along = np.stack([np.full(601, 4.5), np.linspace(-3, 3, 601), np.full(601, 0.1)], axis=1)
     passed = grid.cell_of(along)
     assert hit == set(passed[passed >= 0].tolist())
@@ -209,13 +211,13 @@ def test_straight_flight_meets_who_crosses_in_time_and_nobody_who_is_late():
 def test_nobody_flies_on_from_the_first_place_that_is_too_near():
     passages = Passages.of(REACH_SET)
     clear = np.ones(REACH_SET.samples_m.shape[:2], dtype=bool)
-    entered, good, kept = passages.flown(clear)
+    entered, good, kept = passages.judge_flown(clear)
     assert kept.all()
     assert (entered == (passages.cell >= 0)).all()
     assert (good == entered).all()
     ahead = REACH_SET.grid.cell_of(np.array([[2.5, 0.01, 0.01]]))[0]
     inside = REACH_SET.grid.cell_of(REACH_SET.samples_m.reshape(-1, 3)).reshape(clear.shape)
-    entered, good, kept = passages.flown(inside != ahead)
+    entered, good, kept = passages.judge_flown(inside != ahead)
     assert 0 < kept.sum() < len(kept)
     assert set(passages.cell[entered & ~good].tolist()) == {int(ahead)}
     assert ((entered & ~good).sum(axis=1) == ~kept).all()
@@ -228,7 +230,7 @@ def test_a_flight_is_looked_at_by_every_rating_and_the_product_of_passages_is_wh
     flying = planner(escape="off")
     system = AvoidanceSystem(flying, mission((20.0, 0.0, 0.0)), lidars=(LIDAR,))
     run = simulate(system, ball, lidars=(LIDAR,), settings=SimulationSettings(time_limit_s=8.0))
-    found = looked_at(run, flying.settings, 10.0)
+    found = look_at_flight(run, flying.settings, 10.0)
     assert {key for key in found.counts if key[0] in KINDS} == {
         (kind, name) for kind in KINDS for name in RATINGS
     }

@@ -15,14 +15,3 @@ GENERATED_PAGES = frozenset(
     )
 )
 """Pages of docs that a command or the code itself makes; each has a test of its own."""
-
-CHANGE_ELSEWHERE = (
-    "avoidance/decide.py",
-    "avoidance/plan/costs.py",
-    "avoidance/plan/prepared.py",
-    "live/guard/",
-    "live/link/",
-    "mavlink/",
-    "studies/reliability/",
-)
-"""Sources whose names and words wait until the changes that are under way in them have come in."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from clearway.avoidance.rate.calibration import CLASSES
 from clearway.studies.reliability.bins import BINS
-from clearway.studies.reliability.fit import fitted
+from clearway.studies.reliability.fit import fit_knots
 from clearway.studies.reliability.record import FITTED
 from tools.reliability import kept_flights, kept_page, traffic_page
 from tools.reliability.flights import FIT, HELD_OUT, TABLE, counts_of, flights
@@ -29,7 +29,7 @@ def fit(rows: list[dict[str, Any]]) -> None:
     knots, passages = {}, {}
     for name in CLASSES:
         counts = sum((counts_of(row, name, FITTED) for row in rows), np.zeros((BINS, 5)))
-        knots[name] = [[round(float(x), 4), round(float(y), 4)] for x, y in fitted(counts)]
+        knots[name] = [[round(float(x), 4), round(float(y), 4)] for x, y in fit_knots(counts)]
         passages[name] = int(counts[:, 0].sum())
     told = {
         "made_by": "python -m tools.reliability --fit",

@@ -16,7 +16,7 @@ from clearway.io.json_values import finite
 from clearway.sim import Run
 from clearway.studies.campaigns.families import Case, make_case
 from clearway.studies.reliability.bins import BINS
-from clearway.studies.reliability.record import looked_at
+from clearway.studies.reliability.record import look_at_flight
 
 CASES: dict[str, tuple[str, dict[str, Any], int]] = {
     "balls-60": ("balls", {"balls": 60}, 6),
@@ -80,7 +80,7 @@ def looked(group: str, name: str, number: int) -> dict[str, Any]:
     seed = FIRST_SEED[group] + number
     case, run = flown(name, seed, {})
     planner = case.setup.system().planner
-    found = looked_at(run, planner.settings, planner.grid.range_m / planner.speed_mps)
+    found = look_at_flight(run, planner.settings, planner.grid.range_m / planner.speed_mps)
     counts = {f"{kind}/{rating}": _listed(one) for (kind, rating), one in found.counts.items()}
     flights: dict[str, Any] = {}
     if group == HELD_OUT:

@@ -118,7 +118,7 @@ def flown(flight: Flight) -> dict[str, Any]:
     """A flight with what its decisions stated, and what came of it."""
     watch = KeptWatch()
     run = setup_of(flight).fly_with("clearway", on_decision=watch)
-    kept = watch.kept(run)
+    kept = watch.list_kept(run)
     return {
         "key": flight.key, **flight._asdict(), "reached": run.reached, "touched": run.touched,
         "calibrated_with": kept[0].stated.group if kept else "",

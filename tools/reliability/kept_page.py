@@ -13,7 +13,7 @@ import numpy as np
 from clearway.base.conformal import MISSES
 from clearway.io.marked_page import put_between_marks
 from clearway.live.outputs.kept_clearance import TABLE, KeptClearance
-from clearway.studies.reliability.kept import HeldShare, Kept, fitted_scores
+from clearway.studies.reliability.kept import HeldShare, Kept, fit_scores
 from tools.reliability.kept_flights import FIT, RING, SCALES, SENSORS, WORLDS
 
 PAGE = Path("docs/results/calibration.md")
@@ -33,7 +33,7 @@ def fit(rows: list[Row]) -> None:
         f'  "{group}": {{\n'
         + ",\n".join(f'   "{name}": {_listed(each)}' for name, each in kinds.items())
         + "\n  }"
-        for group, kinds in fitted_scores(decisions).items()
+        for group, kinds in fit_scores(decisions).items()
     ]
     head = json.dumps(told, indent=1).removesuffix("\n}")
     text = head + ',\n "quantiles": {\n' + ",\n".join(groups) + "\n }\n}\n"

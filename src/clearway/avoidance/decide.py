@@ -1,4 +1,4 @@
-"""One decision: see, inflate, fuse, rate, price, verify and choose, escape, explain. Start here.
+"""One decision: see, inflate, fuse, rate, cost, verify and choose, escape, explain. Start here.
 
 `decide` is the whole cycle in the paper's order. Each step is Python that calls compiled loops, and
 a user's own rating, cost or rule is called at its place. It knows no files, clocks or sensors'
@@ -83,13 +83,13 @@ def decide(
     # Rate: how safe every trajectory is (4.21), (4.22), (4.23), and what it leaves (2.3).
     reach = rate_reach_set(prepared.reach_set, cells.rating, planner.threshold)
     rated = Rated(prepared, near, cells, reach)
-    # Price: stage costs, cost to go and risk (4.6); what rules forbid and price (fig. 7.1).
+    # Costs: stage costs, cost to go and risk (4.6); what rules forbid and cost (fig. 7.1).
     rules = in_force(planner, situation, prepared, goal, near, before)
     candidates = price_candidates(planner, rated, goal, before, situation.placed_route)
     # Verify and choose, the cheapest first, among what leaves an escape; else fly the one held.
     ways = _ways_out(planner, situation, near, before)
     leaving = Leaving(planner, rated, candidates, rules.ruling, goal, ways, before)
-    taken = _taken(leaving)
+    taken = _choose_taken(leaving)
     # Explain: what was taken, with all that it was taken from.
     return _decision(situation, rules, leaving, taken)
 
@@ -106,14 +106,14 @@ def _check_grids(planner: Planner, situation: Situation) -> None:
 def _ways_out(
     planner: Planner, situation: Situation, near: InReach, before: Commitment
 ) -> WaysOut | None:
-    """Ways out of this moment; None where none is asked for."""
+    """Escapes of this moment; None where none is asked for."""
     if planner.escapes is None:
         return None
     return WaysOut(planner, planner.escapes, situation, near, before.under_way)
 
 
-def _taken(leaving: Leaving) -> Taken:
-    """What is flown: the best that leaves a way out, or else the way out in hand."""
+def _choose_taken(leaving: Leaving) -> Taken:
+    """What is flown: the best that leaves an escape, or else the escape that is held."""
     hazards, ways = leaving.rated.hazards, leaving.ways
     if ways is None:
         return choose_for_manoeuvres(hazards, leaving.choose)
@@ -170,7 +170,7 @@ def _decide_within(leaving: Leaving, choice: Choice) -> float:
     """Time for which the plan may be flown without a new decision (section 6.4, item 6).
 
     What lies beyond the grid is unknown, so a decision is due while the vehicle can still stop or
-    turn away inside it; with evidence in reach, and where a way out has to be seen, at the end of
+    turn away inside it; with evidence in reach, and where an escape has to be seen, at the end of
     the movement.
     """
     planner, prepared, near = leaving.planner, leaving.prepared, leaving.rated.near

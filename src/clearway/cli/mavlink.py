@@ -144,7 +144,7 @@ def _check(
         stack.callback(link.close)
         loop.run(lambda elapsed_s, _outcome: elapsed_s >= lasts, lambda _outcome: None)
         found = problems(link, time.monotonic())
-        heard = link.inbox.heard(time.monotonic())
+        heard = link.inbox.report_heard(time.monotonic())
     escape = link.session.core.system.escape
     if as_json:
         print_json(add_sources({"messages": heard, "missing": found, **escape.to_json()}))

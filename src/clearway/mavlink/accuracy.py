@@ -1,4 +1,4 @@
-"""How sure the autopilot is of its own place and attitude, by whichever message tells it."""
+"""How sure the autopilot is of its own position and attitude, by whichever message tells it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from clearway.mavlink.dialect import Message
 
 LOCAL_DIAGONAL = (0, 9, 17)
 """Of x, y, z in the upper triangle of LOCAL_POSITION_NED_COV's nine by nine."""
-PLACE_DIAGONAL, TURN_DIAGONAL = (0, 6, 11), (15, 18, 20)
-"""Of x, y, z and of roll, pitch, yaw in ODOMETRY's six by six."""
+PLACE_DIAGONAL = (0, 6, 11)
+"""Of x, y, z in ODOMETRY's six by six."""
+TURN_DIAGONAL = (15, 18, 20)
+"""Of roll, pitch, yaw in ODOMETRY's six by six."""
 HEALTHY_RATIO = 0.5
 """ArduPilot's EKF warns from here on."""
 INNOVATION_M = 2.5
 """What a ratio of 1 stands for: its gate is five deviations, of half a metre for GPS."""
-LARGEST_M, LARGEST_RAD = 1e4, math.pi
+LARGEST_M = 1e4
+LARGEST_RAD = math.pi
 DOUBTED = "position: doubted by the autopilot's estimator"
 NOT_TOLD = "accuracy: not told, or no number"
 

@@ -12,8 +12,12 @@ from clearway.live.link.aircraft import AircraftReport
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.own_state import CENTIMETRE, decode_geodetic
 
-VALID_PLACE, VALID_ALTITUDE, VALID_HEADING, VALID_SPEED, VALID_CLIMB = 1, 2, 4, 8, 128
-"""ADSB_FLAGS."""
+# ADSB_FLAGS.
+VALID_PLACE = 1
+VALID_ALTITUDE = 2
+VALID_HEADING = 4
+VALID_SPEED = 8
+VALID_CLIMB = 128
 PRESSURE = 0
 """ADSB_ALTITUDE_TYPE_PRESSURE_QNH."""
 HALF_SPAN_M = {1: 6.0, 2: 15.0, 3: 20.0, 4: 30.0, 5: 35.0, 6: 8.0, 7: 8.0, 9: 12.0, 10: 15.0,
@@ -50,14 +54,14 @@ def read_adsb_aircraft(
     return AircraftReport(
         int(message.ICAO_address),
         place,
-        _told_velocity(message),
+        _read_velocity(message),
         HALF_SPAN_M.get(message.emitter_type, UNKNOWN_HALF_SPAN_M),
         float(message.tslc),
         (message.lat, message.lon, message.altitude),
     )
 
 
-def _told_velocity(message: Message) -> FloatArray | None:
+def _read_velocity(message: Message) -> FloatArray | None:
     """[3] east, north, up; None where speed or heading are not valid."""
     if not (message.flags & VALID_HEADING and message.flags & VALID_SPEED):
         return None

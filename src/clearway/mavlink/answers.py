@@ -12,19 +12,25 @@ from clearway.base.version import __version__
 from clearway.mavlink import dialect as known
 from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
 from clearway.mavlink.own_state import DEGREES_E7
+from clearway.mavlink.set_points import IGNORE_POSITION
 
-REQUEST_MESSAGE, REQUEST_CAPABILITIES, DO_REPOSITION = 512, 520, 192
-"""MAV_CMD."""
-AUTOPILOT_VERSION, HEARTBEAT = 148, 0
-ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
-"""MAV_RESULT."""
-ABOVE_HOME, ABOVE_SEA = (3, 6), (0, 5)
-"""MAV_FRAME."""
+# MAV_CMD.
+REQUEST_MESSAGE = 512
+REQUEST_CAPABILITIES = 520
+DO_REPOSITION = 192
+AUTOPILOT_VERSION = 148
+HEARTBEAT = 0
+# MAV_RESULT.
+ACCEPTED = 0
+DENIED = 2
+UNSUPPORTED = 3
+# MAV_FRAME.
+ABOVE_HOME = (3, 6)
+ABOVE_SEA = (0, 5)
 FARTHEST_DEG = np.array([90.0, 180.0])
-NO_POSITION = 0x007
-"""Bits of a type mask that leave the position out."""
-MAVLINK_2, COMMAND_INTS = 8192, 8
-"""MAV_PROTOCOL_CAPABILITY: MAVLink 2, COMMAND_INT."""
+# MAV_PROTOCOL_CAPABILITY: MAVLink 2, COMMAND_INT.
+MAVLINK_2 = 8192
+COMMAND_INTS = 8
 
 NewGoal = Callable[[FloatArray, bool], str | None]
 """(latitude, longitude, height; whether that is above home) -> why it is refused, or None."""
@@ -33,7 +39,7 @@ Pause = Callable[[], str | None]
 
 
 class Answers:
-    """Answers what is addressed to us; `notes` tells what was asked of whoever watches."""
+    """Answers what is addressed to us; `notes` tells what was asked of the observer."""
 
     def __init__(self, system: int, autopilot: int, new_goal: NewGoal, pause: Pause) -> None:
         self.notes: list[str] = []
@@ -52,7 +58,7 @@ class Answers:
         if number in (known.COMMAND_LONG, known.COMMAND_INT):
             return self._command(message, number, asker)
         place = np.array([message.lat_int * DEGREES_E7, message.lon_int * DEGREES_E7, message.alt])
-        if message.type_mask & NO_POSITION:
+        if message.type_mask & IGNORE_POSITION:
             self.notes.append("SET_POSITION_TARGET_GLOBAL_INT without a position: ignored")
         else:
             self._goal("SET_POSITION_TARGET_GLOBAL_INT", place, message.coordinate_frame)

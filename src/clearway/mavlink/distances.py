@@ -25,13 +25,19 @@ from clearway.sensors.beams.lidar import MOST_TILT_RAD
 NAME = "obstacle-distance"
 UNKNOWN = 65_535
 """UINT16_MAX: nothing is known of the sector, or it is not used."""
-NORTH_ALIGNED, BODY_FRD = 0, 12
-"""MAV_FRAME_GLOBAL and MAV_FRAME_BODY_FRD."""
+NORTH_ALIGNED = 0
+"""MAV_FRAME_GLOBAL."""
+BODY_FRD = 12
+"""MAV_FRAME_BODY_FRD."""
 STEP_RAD = math.radians(1.0)
 """Between beams, all round."""
 LEAST_FAN_STEP_RAD = math.radians(3.0)
-BLIND_M, ENDED_M, TOUCHING_M = 0.0075, 0.005, 0.01
-"""Blind range; where beams end that saw nothing; a distance of 0 is an obstacle at the sensor."""
+BLIND_M = 0.0075
+"""Blind range."""
+ENDED_M = 0.005
+"""Where beams end that saw nothing."""
+TOUCHING_M = 0.01
+"""What a distance of 0 stands for: an obstacle at the sensor."""
 LEAST_STEP_DEG = 0.1
 """No sensor has finer sectors."""
 FLOWN_TILT_RAD = math.radians(15.0)

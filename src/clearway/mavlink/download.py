@@ -31,7 +31,8 @@ from clearway.mavlink.own_state import DEGREES_E7
 
 KINDS = {"mission": 0, "fence": 1, "rally": 2}
 """MAV_MISSION_TYPE."""
-ASK_AGAIN_S, MOST_ASKED = 1.0, 5
+ASK_AGAIN_S = 1.0
+MOST_ASKED = 5
 MOST_ITEMS = 10_000
 REQUEST_MESSAGE = 512
 UNSTATED = (-(2**31), 2**31 - 1)

@@ -1,4 +1,4 @@
-"""The guardian's two links: the autopilot on one, whoever commands on the other."""
+"""The guardian's two links: the autopilot on one, the commander on the other."""
 
 from __future__ import annotations
 

@@ -27,7 +27,8 @@ NO_STICKS = "wish: sticks are not for a vehicle that cannot stop"
 STICKS_REFUSED = "sticks are refused: the vehicle of the mission cannot stop"
 STICKS_NEED = 'for a copter, set kind = "multirotor" in [vehicle]'
 NO_FRAME = "wish: where the local frame lies is not known yet"
-OTHER_VEHICLE, UNUSABLE = "wish: for another vehicle", "wish: cannot be used"
+OTHER_VEHICLE = "wish: for another vehicle"
+UNUSABLE = "wish: cannot be used"
 
 
 class GuardMavlinkSession(MavlinkSession[GuardSession]):
@@ -76,7 +77,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         if self.terms.session.act:
             self._outgoing += self.sayings.text(STICKS_REFUSED)
 
-    def _led(self, outcome: TickOutcome) -> list[Message]:
+    def _lead_vehicle(self, outcome: TickOutcome) -> list[Message]:
         guarded = outcome.guarded
         if guarded is None or outcome.set_point is None:
             return self._set_points(outcome.set_point, outcome.time_s)

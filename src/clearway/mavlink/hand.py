@@ -44,19 +44,19 @@ class FrameEncoding:
         if offset is None:
             return [()] * len(points)
         target = (terms.system, terms.component)
-        frames = self._packed(
+        frames = self._pack(
             encode_set_point(point, offset, boot_ms(time_s), *target) for time_s, point in points
         )
         return [(frame,) for frame in frames]
 
     def says(self, _time_s: float) -> Says:
         text = self.link.session.sayings.text
-        return Says(*(tuple(self._packed(text(t, CRITICAL))) for t in (FLOWN, ENDED, NOT_FLOWN)))
+        return Says(*(tuple(self._pack(text(t, CRITICAL))) for t in (FLOWN, ENDED, NOT_FLOWN)))
 
     def peer(self) -> tuple[str, int] | None:
         return self.link.frames.peer
 
-    def _packed(self, messages: Iterable[Message]) -> list[Packet]:
+    def _pack(self, messages: Iterable[Message]) -> list[Packet]:
         return [Packet(0, frame) for frame in self.link.outbox.pack_ahead(messages)]
 
 

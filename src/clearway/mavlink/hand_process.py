@@ -15,8 +15,10 @@ from clearway.hand.process import DescriptorSender, Sender, watch_over
 from clearway.mavlink.signing import TICKS_PER_S, read_key, signing_time
 from clearway.mavlink.wire import SIGNATURE
 
-TIME_AT, HASH_AT = 1, 7
-"""Where a signature has its time, and its hash."""
+TIME_AT = 1
+"""Where a signature has its time."""
+HASH_AT = 7
+"""Where a signature has its hash."""
 
 
 class SigningSender(DescriptorSender):

@@ -60,7 +60,7 @@ FROM_ANY_COMPONENT = (
 )
 """Sensors may be components of their own; all else comes from the autopilot alone."""
 FROM_ANY_SYSTEM = (known.COMMAND_INT, known.COMMAND_LONG, known.SET_POSITION_TARGET_GLOBAL_INT)
-"""Ground stations ask too; what is not addressed to us is left aside later."""
+"""Ground stations ask too; what is not addressed to us is left out later."""
 MOST_BYTES = 1 << 18
 """Cut into frames at a tick; older bytes beyond are dropped."""
 
@@ -123,7 +123,7 @@ class Inbox:
         """Messages in the order of their arrival."""
         newest: dict[int, deque[tuple[int, MavlinkFrame, Peer]]] = {}
         order = 0
-        for data, peer in self._bounded(list(pieces)):
+        for data, peer in self._bound(list(pieces)):
             frames, rest = frames_in(
                 self._rest + data, self._extras, self.refused, stream=self._stream
             )
@@ -139,9 +139,9 @@ class Inbox:
                 order += 1
         self.refused = +self.refused
         waiting_all = sorted(entry for waiting in newest.values() for entry in waiting)
-        return [a for _, frame, peer in waiting_all if (a := self._opened(frame, peer)) is not None]
+        return [a for _, frame, peer in waiting_all if (a := self._open(frame, peer)) is not None]
 
-    def _bounded(self, pieces: list[tuple[bytes, Peer]]) -> list[tuple[bytes, Peer]]:
+    def _bound(self, pieces: list[tuple[bytes, Peer]]) -> list[tuple[bytes, Peer]]:
         """The newest pieces, MOST_BYTES of them at most; with a key all, which are checked."""
         if self._signatures is not None:
             return pieces
@@ -165,7 +165,7 @@ class Inbox:
         wanted = f"waits for system {self._system}, component {self._component}"
         return [f"hears {', '.join(told)}; {wanted}: --system, --component"]
 
-    def heard(self, now_s: float) -> dict[str, dict[str, float]]:
+    def report_heard(self, now_s: float) -> dict[str, dict[str, float]]:
         """Of each message how many came, how many in a second of late, and how old the last is."""
         told = {}
         for name, came_s in sorted(self._came_s.items()):
@@ -179,7 +179,7 @@ class Inbox:
         return told
 
     def _flaw(self, frame: MavlinkFrame) -> str | None:
-        """Why a frame is left aside; what costs least is looked at first."""
+        """Why a frame is left out; what costs least is looked at first."""
         of_us = frame.system == self._system and frame.component == known.OBSTACLE_AVOIDANCE
         if of_us and self._is_ours(frame.data):
             return OWN_FRAME
@@ -206,7 +206,7 @@ class Inbox:
         if words not in self.warnings:
             self.warnings.append(words)
 
-    def _opened(self, frame: MavlinkFrame, peer: Peer) -> ReceivedMessage | None:
+    def _open(self, frame: MavlinkFrame, peer: Peer) -> ReceivedMessage | None:
         """The message in a frame, if it can be decoded."""
         try:
             message = self._codec.decode(bytearray(frame.data))

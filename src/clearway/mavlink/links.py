@@ -37,7 +37,7 @@ class FrameLink(Protocol):
         ...
 
     def answer_to(self, peer: Peer) -> None:
-        """Send to whoever sent that from now on."""
+        """Send to the sender of that from now on."""
         ...
 
     @property

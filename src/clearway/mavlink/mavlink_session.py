@@ -234,7 +234,7 @@ class MavlinkSession(Generic[S]):
             messages += self._streams.to_ask(wall_s, *target)
             messages += self.parameters.to_ask(wall_s, *target)
         if self.terms.session.act:
-            messages += self._led(outcome)
+            messages += self._lead_vehicle(outcome)
             if outcome.state is not before:
                 why = f": {outcome.why_state}" if outcome.why_state else ""
                 messages += self.sayings.text(f"{outcome.state}{why}")
@@ -242,18 +242,18 @@ class MavlinkSession(Generic[S]):
 
     def missing(self, wall_s: float) -> list[str]:
         """What does not come of what an acting session needs."""
-        names = self._streams.needed(wall_s, sensor=self._sensor is not None)
+        names = self._streams.find_needed(wall_s, sensor=self._sensor is not None)
         return [f"missing: {self._streams.how((name,))}" for name in names]
 
     def _notes(self, wall_s: float) -> tuple[str, ...]:
-        """What whoever watches is told now."""
+        """What the observer is told now."""
         said, self._answers.notes = self._answers.notes, []
         if self.core.status is not None:
             waiting = self.core.state in (LinkState.WAITING, LinkState.ON_GROUND)
             said += self._streams.notes(wall_s, sensor=self._sensor is not None, waiting=waiting)
         return (*said, *self.parameters.news(self.core.speed_mps, self.asked_mps2))
 
-    def _led(self, outcome: TickOutcome) -> list[Message]:
+    def _lead_vehicle(self, outcome: TickOutcome) -> list[Message]:
         """What the vehicle is told, and why."""
         messages = self._set_points(outcome.set_point, outcome.time_s)
         if outcome.flight is not None:

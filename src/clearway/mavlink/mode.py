@@ -6,10 +6,12 @@ from __future__ import annotations
 from clearway.live.link.status import VehicleStatus
 from clearway.mavlink.dialect import Message
 
-ARDUPILOT, PX4 = 3, 12
-"""MAV_AUTOPILOT."""
-ARMED, GUIDED_ENABLED = 128, 8
-"""MAV_MODE_FLAG."""
+# MAV_AUTOPILOT.
+ARDUPILOT = 3
+PX4 = 12
+# MAV_MODE_FLAG.
+ARMED = 128
+GUIDED_ENABLED = 8
 PX4_OFFBOARD = 6
 """Main mode, in bits 16 to 23 of the custom mode."""
 COPTERS = (2, 3, 4, 13, 14, 15, 29, 35)
@@ -17,8 +19,9 @@ COPTERS = (2, 3, 4, 13, 14, 15, 29, 35)
 and its rovers leave out the velocity in them."""
 COPTER_GUIDED = 4
 """Custom mode of ArduCopter."""
-UNDEFINED, IN_AIR = 0, 2
-"""MAV_LANDED_STATE: on the ground, taking off and landing are others."""
+# MAV_LANDED_STATE: on the ground, taking off and landing are others.
+UNDEFINED = 0
+IN_AIR = 2
 
 
 def status_of(heartbeat: Message, airborne: bool | None = None) -> VehicleStatus:

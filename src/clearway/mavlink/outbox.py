@@ -8,15 +8,20 @@ from collections.abc import Callable, Iterable
 from clearway.mavlink.dialect import OBSTACLE_AVOIDANCE, Message, dialect
 from clearway.mavlink.signing import TICKS_PER_S, SignatureCheck, signing_time
 
-ONBOARD_CONTROLLER, NO_AUTOPILOT = 18, 8
-"""MAV_TYPE_ONBOARD_CONTROLLER, MAV_AUTOPILOT_INVALID."""
-STANDBY, ACTIVE, CRITICAL = 3, 4, 5
-"""MAV_STATE."""
+ONBOARD_CONTROLLER = 18
+"""MAV_TYPE_ONBOARD_CONTROLLER."""
+NO_AUTOPILOT = 8
+"""MAV_AUTOPILOT_INVALID."""
+# MAV_STATE.
+STANDBY = 3
+ACTIVE = 4
+CRITICAL = 5
 REMEMBERED = 256
 """Frames sent."""
-LEAP, LEAP_HEARD = TICKS_PER_S // 1000, TICKS_PER_S // 5
-"""By which signatures are later after another process has signed: a millisecond; 0.2 s where the
-newest time is that of a message of others."""
+LEAP = TICKS_PER_S // 1000
+"""By which signatures are later after another process has signed: a millisecond."""
+LEAP_HEARD = TICKS_PER_S // 5
+"""By which they are later where the newest time is that of a message of others: 0.2 s."""
 
 
 class Packer:
@@ -56,14 +61,14 @@ class Packer:
         stamp, frames = signing.timestamp, []
         for message in messages:
             frames.append(self.pack(message))
-            signing.timestamp = stamp  # Whoever sends them signs them anew, by the time since.
+            signing.timestamp = stamp  # Their sender signs them anew, by the time since.
         self._codec.seq = number
         return frames
 
     def leap(self) -> None:
         """Sign later than another process has that sent for this one.
 
-        By this computer's clock time has passed since. What is heard of others' clocks steps.
+        By this computer's clock time has passed since. What others' clocks report steps.
         """
         heard, now = 0 if self._check is None else self._check.newest, signing_time()
         signing = self._codec.signing

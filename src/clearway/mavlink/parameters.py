@@ -1,4 +1,4 @@
-"""Parameters of the autopilot that matter to whoever leads it, held against the mission."""
+"""Parameters of the autopilot that matter to its leader, checked against the mission."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ ACCELERATIONS = {"WPNAV_ACCEL": 0.01, "WP_ACC": 1.0}
 """Largest level acceleration in GUIDED, and its unit in m/s2: ArduCopter's to 4.6 and from 4.7."""
 JERKS = ("PSC_JERK_XY", "PSC_JERK_NE", "PSC_NE_JERK")
 """By how much acceleration may change, in m/s3: ArduCopter's to 4.6, of 4.7, and later."""
-SLOWEST_S, QUICK_MPS3 = 0.2, 20.0
-"""The longest that the mission's acceleration may take to come about; and what ArduCopter allows at
-most."""
+SLOWEST_S = 0.2
+"""The longest that the mission's acceleration may take to come about."""
+QUICK_MPS3 = 20.0
+"""The greatest jerk that ArduCopter allows."""
 OTHERS = {
     "AVOID_ENABLE": "ArduPilot's own avoidance may stop the vehicle on its way (AVOID_*)",
     "AVD_ENABLE": "ArduPilot's own ADS-B avoidance may take the vehicle over (AVD_*)",
@@ -25,12 +26,16 @@ OTHERS = {
 """That act beside us, where they are above 0."""
 HARMLESS = {"AVOID_ENABLE": 1}
 """Bits of them that do not count: fences alone are kept."""
-ROUNDED_MPS2, LONGEST_TAKEN_S = 1e-3, 60.0
-"""Less is none by which accelerations differ; what takes longer was never told."""
+ROUNDED_MPS2 = 1e-3
+"""Accelerations that differ by less are the same."""
+LONGEST_TAKEN_S = 60.0
+"""What takes longer was never reported."""
 LONGEST_TIMEOUT_S = 1.0
 ASKED = (*TIMEOUTS, *SPEEDS, *ACCELERATIONS, *JERKS, *OTHERS)
-ASK_AGAIN_S, MOST_ASKED = 2.0, 3
-"""Who does not know a parameter says nothing: each is asked for a few times."""
+ASK_AGAIN_S = 2.0
+"""Between two requests for a parameter."""
+MOST_ASKED = 3
+"""An autopilot that does not know a parameter says nothing: each is asked for a few times."""
 
 
 class Parameters:

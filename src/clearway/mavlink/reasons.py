@@ -33,8 +33,10 @@ REPEAT_S = 1.0
 """An aircraft is not told of again within this time."""
 MODE_S = 5.0
 """Nor is the mode, but that an emergency begins."""
-PIECE, MOST_PIECES = 50, 2
-"""Bytes of text in a message, and messages that a text may take."""
+PIECE = 50
+"""Bytes of text in a message."""
+MOST_PIECES = 2
+"""Messages that a text may take."""
 
 
 def collision_message(approach: PredictedApproach) -> Message:

@@ -1,7 +1,7 @@
 """Remote ID of drones nearby (OPEN_DRONE_ID_LOCATION) into reports of aircraft.
 
 Heights are above the ellipsoid, and the autopilot's above sea level: GPS_RAW_INT tells both of the
-own place, and with it how far they lie apart. Until it does, a drone counts at the own height.
+own position, and with it how far they lie apart. Until it does, a drone counts at the own height.
 """
 
 from __future__ import annotations

@@ -11,7 +11,10 @@ from clearway.mavlink.dialect import Message, dialect
 
 LOCAL_NED = 1
 """MAV_FRAME_LOCAL_NED."""
-NO_ACCELERATION, NO_YAW_RATE, NO_VELOCITY = 0x1C0, 0x800, 0x038
+IGNORE_POSITION = 0x007
+NO_ACCELERATION = 0x1C0
+NO_YAW_RATE = 0x800
+NO_VELOCITY = 0x038
 FOLLOW = NO_ACCELERATION | NO_YAW_RATE
 """Type mask: position, velocity and yaw count."""
 FOLLOW_WHOLLY = 0

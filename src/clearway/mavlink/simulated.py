@@ -22,8 +22,10 @@ from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
 
 TARGET_NAME = "SET_POSITION_TARGET_LOCAL_NED"
-ANSWER_S, SILENT_S = 5.0, 0.05
-"""In lock-step, how long a set-point is waited for; and where none has come for a while."""
+ANSWER_S = 5.0
+"""In lock-step, how long a set-point is waited for."""
+SILENT_S = 0.05
+"""How long one is waited for where none has come for a while."""
 UNANSWERED = 3
 """So many moments without any set-point are a while."""
 MOST_SILENCE_S = 30.0

@@ -38,8 +38,10 @@ BOOT_S = 10.0
 SOMEWHERE = (52.0, 4.3, 10.0)
 """Origin of missions that have none."""
 TARGET = 84
-STATUSTEXT, SET_MESSAGE_INTERVAL = 253, 511
-ACCEPTED, DENIED = 0, 2
+STATUSTEXT = 253
+SET_MESSAGE_INTERVAL = 511
+ACCEPTED = 0
+DENIED = 2
 HEARD = (known.HEARTBEAT, TARGET, 247, STATUSTEXT, known.COMMAND_LONG, 20)
 """Beside them COLLISION and PARAM_REQUEST_READ."""
 
@@ -181,7 +183,7 @@ class SimulatedAutopilot:
     # --- out ------------------------------------------------------------------------------
 
     def tell(self) -> None:
-        """Everything that is due; the position last, so that it comes with all else in hand."""
+        """Everything that is due; the position last, so that it comes with all else known."""
         if self.stalls:
             return
         for message in self._due():
@@ -199,12 +201,12 @@ class SimulatedAutopilot:
             origin = geodetic_from_enu(local, self._origin)
             messages += [
                 telemetry.pulse(armed=not self.habits.stays_on_ground, follows=self.follows),
-                telemetry.landed(state),
+                telemetry.report_landing(state),
                 telemetry.local_origin(origin),
                 telemetry.home(self._origin, self.ground_m),
                 telemetry.health(proximity=self.time_s < self.habits.sensor_dies_s),
             ]
-        messages += self._traffic.told(self.mission_s, self.time_s)
+        messages += self._traffic.report_news(self.mission_s, self.time_s)
         if self.target is not None and not self.habits.deaf:
             messages.append(telemetry.target(self.target, boot_ms))
         tilt = math.radians(self.habits.tilt_deg)

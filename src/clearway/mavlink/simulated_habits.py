@@ -51,7 +51,7 @@ class Habits:
     traffic_late_s: float = 0.0
     """Positions of aircraft are older than told by up to so much."""
     lost_from_s: float = math.inf
-    """From then on nothing new is heard of aircraft: the last position is told again and again."""
+    """From then on nothing new is reported of aircraft: the last position is repeated."""
     stall_s: tuple[float, float] = (math.inf, 0.0)
     """When its clock stands still, and for how long."""
     jitter_s: float = 0.0

@@ -14,8 +14,9 @@ from clearway.mavlink.set_points import LOCAL_NED
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.wishes import MIDDLE, STICK, STICK_YAW_RPS, VELOCITY
 
-SYSTEM, COMPONENT = 255, 190
-"""As ground stations have them."""
+# As ground stations have them.
+SYSTEM = 255
+COMPONENT = 190
 SLOWS_M = 1.0
 """From the place, from where on it wants to fly slower."""
 
@@ -44,10 +45,12 @@ class SimulatedPilot:
         way = self._goal_m - truth.position_m
         far = float(np.linalg.norm(way))
         velocity = way * (self._speed_mps / max(far, SLOWS_M))
-        message = self._held(velocity, truth) if self._sticks else _velocity(velocity, boot_ms)
+        message = (
+            self._steer_by_sticks(velocity, truth) if self._sticks else _velocity(velocity, boot_ms)
+        )
         self._link.send(self._packer.pack(message))
 
-    def _held(self, velocity_mps: FloatArray, truth: VehicleTruth) -> Message:
+    def _steer_by_sticks(self, velocity_mps: FloatArray, truth: VehicleTruth) -> Message:
         """MANUAL_CONTROL: the nose is turned to where it goes."""
         own = velocity_mps @ world_from_body([0.0, 0.0, truth.yaw_rad])
         aside = math.atan2(velocity_mps[1], velocity_mps[0])

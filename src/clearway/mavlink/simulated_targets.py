@@ -9,8 +9,14 @@ import numpy as np
 from clearway.base.frames import FloatArray, enu_from_ned, world_from_body
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.dialect import Message
-from clearway.mavlink.set_points import LOCAL_NED, NO_ACCELERATION, NO_VELOCITY, NO_YAW_RATE
-from clearway.mavlink.wishes import BODY_FRAMES, NO_PLACE, WORLD_FRAMES
+from clearway.mavlink.set_points import (
+    IGNORE_POSITION,
+    LOCAL_NED,
+    NO_ACCELERATION,
+    NO_VELOCITY,
+    NO_YAW_RATE,
+)
+from clearway.mavlink.wishes import BODY_FRAMES, WORLD_FRAMES
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +40,7 @@ def target_of(message: Message, yaw_rad: float, height_off_m: float) -> Target |
     """
     mask, frame = int(message.type_mask), int(message.coordinate_frame)
     velocity = enu_from_ned([message.vx, message.vy, message.vz])
-    if not mask & NO_PLACE and frame == LOCAL_NED:
+    if not mask & IGNORE_POSITION and frame == LOCAL_NED:
         place = enu_from_ned([message.x, message.y, message.z])
         place[2] += height_off_m
         yaw = np.pi / 2.0 - message.yaw

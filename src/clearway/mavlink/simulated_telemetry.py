@@ -17,24 +17,33 @@ from clearway.base.frames import (
 )
 from clearway.mavlink.dialect import Message, dialect
 from clearway.mavlink.distances import BODY_FRD, UNKNOWN
+from clearway.mavlink.set_points import IGNORE_POSITION
 from clearway.mavlink.simulated_targets import Target, VelocityTarget
 from clearway.mavlink.simulated_vehicle import VehicleTruth
 from clearway.mavlink.surroundings import PROXIMITY
-from clearway.mavlink.wishes import NO_PLACE
 from clearway.obstacles.world import World
 from clearway.traffic import Intruder
 
-SECTORS, RAYS = 72, 5
-"""Of OBSTACLE_DISTANCE; rays cast in each."""
+SECTORS = 72
+"""Of OBSTACLE_DISTANCE."""
+RAYS = 5
+"""Cast in each sector."""
 FIRST_ADDRESS = 0xC1EA00
-LIGHT, UNMANNED = 1, 14
-"""ADSB_EMITTER_TYPE."""
+# ADSB_EMITTER_TYPE.
+LIGHT = 1
+UNMANNED = 14
 ALL_VALID = 1 | 2 | 4 | 8 | 128
-ARMED, GUIDED = 128, 8
-"""MAV_MODE_FLAG."""
-ON_GROUND, IN_AIR, TAKING_OFF = 1, 2, 3
-"""MAV_LANDED_STATE."""
-QUADROTOR, GENERIC, ACTIVE, MAVLINK_3 = 2, 0, 4, 3
+# MAV_MODE_FLAG.
+ARMED = 128
+GUIDED = 8
+# MAV_LANDED_STATE.
+ON_GROUND = 1
+IN_AIR = 2
+TAKING_OFF = 3
+QUADROTOR = 2
+GENERIC = 0
+ACTIVE = 4
+MAVLINK_3 = 3
 GEOMETRIC = 1
 """ADSB_ALTITUDE_TYPE_GEOMETRIC."""
 
@@ -45,7 +54,7 @@ def pulse(*, armed: bool, follows: bool) -> Message:
     return dialect().MAVLink_heartbeat_message(QUADROTOR, GENERIC, base, 0, ACTIVE, MAVLINK_3)
 
 
-def landed(state: int) -> Message:
+def report_landing(state: int) -> Message:
     """EXTENDED_SYS_STATE."""
     return dialect().MAVLink_extended_sys_state_message(0, state)
 
@@ -90,7 +99,7 @@ def target(told: Target, boot_ms: int) -> Message:
     place = np.zeros(3) if isinstance(told, VelocityTarget) else ned_from_enu(told.position_m)
     speed = np.zeros(3) if told.velocity_mps is None else told.velocity_mps
     return dialect().MAVLink_position_target_local_ned_message(
-        boot_ms, 1, NO_PLACE if nowhere else 0,
+        boot_ms, 1, IGNORE_POSITION if nowhere else 0,
         *place.tolist(), *ned_from_enu(speed).tolist(), 0.0, 0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
 

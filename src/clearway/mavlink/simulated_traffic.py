@@ -41,7 +41,7 @@ class SimulatedTraffic:
         """What rays meet of them; nothing before the mission has begun."""
         return [] if mission_s is None else list(self._traffic.bodies(mission_s))
 
-    def told(self, mission_s: float | None, time_s: float) -> list[Message]:
+    def report_news(self, mission_s: float | None, time_s: float) -> list[Message]:
         """News, or what was told before, again."""
         if mission_s is None:
             return []

@@ -11,7 +11,8 @@ from clearway.mavlink.dialect import Message, dialect
 CIRCLES = (known.OBSTACLE_DISTANCE, known.DISTANCE_SENSOR, known.OBSTACLE_DISTANCE_3D)
 SET_MESSAGE_INTERVAL = 511
 """MAV_CMD."""
-ASK_AGAIN_S, SAY_AGAIN_S = 5.0, 5.0
+ASK_AGAIN_S = 5.0
+SAY_AGAIN_S = 5.0
 ANSWER_S = 0.3
 """An answer is waited for so long before the next question, since it names no message."""
 REFUSED_AGAIN_S = 60.0
@@ -122,7 +123,7 @@ class Streams:
                 ]
         return []
 
-    def needed(self, wall_s: float, *, sensor: bool) -> tuple[str, ...]:
+    def find_needed(self, wall_s: float, *, sensor: bool) -> tuple[str, ...]:
         """Names of what is missing and without which nothing goes."""
         names = tuple(each.name for each in self.missing(wall_s) if each.needed)
         if sensor and not any(wall_s - self._heard_s.get(n, -math.inf) < 3.0 for n in CIRCLES):
@@ -131,7 +132,7 @@ class Streams:
 
     def notes(self, wall_s: float, *, sensor: bool, waiting: bool) -> list[str]:
         """What is heard and what is missing, every few seconds while something needed is."""
-        missing, names = self.missing(wall_s), self.needed(wall_s, sensor=sensor)
+        missing, names = self.missing(wall_s), self.find_needed(wall_s, sensor=sensor)
         due = wall_s - self._said_s >= SAY_AGAIN_S
         if not names or not (due and (waiting or names != self._before)):
             return []

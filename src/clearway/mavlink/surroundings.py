@@ -33,7 +33,8 @@ from clearway.sensors import Lidar, Scan
 
 LEVEL_ORIENTATIONS = 8
 """MAV_SENSOR_ROTATION_NONE, YAW_45 and so on: sectors of 45 degrees, clockwise from ahead."""
-SECTOR_DEG, FINE_DEG = 45.0, 5.0
+SECTOR_DEG = 45.0
+FINE_DEG = 5.0
 TOGETHER_S = 0.5
 """Sectors told within this time make one scan."""
 CIRCLES_S = 1.0
@@ -114,7 +115,7 @@ class Surroundings:
             if each.by_autopilot
         }
         if free and not self._news:
-            self._tell(None, _joined(free), wall_s)
+            self._tell(None, _join(free), wall_s)
 
     def take_obstacle(self, message: Message, time_s: float) -> None:
         """OBSTACLE_DISTANCE_3D: one obstacle, forward, right, down of the vehicle."""
@@ -133,7 +134,7 @@ class Surroundings:
             newest = max(sector.time_s for sector in self._sectors.values())
             oldest = newest - TOGETHER_S
             lately = {n: each for n, each in self._sectors.items() if each.time_s >= oldest}
-            self._tell(newest, _joined(lately), wall_s)
+            self._tell(newest, _join(lately), wall_s)
         if not self._obstacles:
             return
         newest = max(time_s for time_s, _ in self._obstacles)
@@ -171,7 +172,7 @@ class Surroundings:
         self.session.hear_scan(told_s, scan_at, wall_s)
 
 
-def _joined(told: Mapping[int, _Sector]) -> Sectors:
+def _join(told: Mapping[int, _Sector]) -> Sectors:
     """Sectors by where they look, as a circle of small ones."""
     count = round(360.0 / FINE_DEG)
     distance = np.full(count, np.nan)

@@ -13,14 +13,20 @@ from typing import NamedTuple
 
 from clearway.mavlink.dialect import compute_mavlink_crc
 
-MAGIC, OLD_MAGIC = 0xFD, 0xFE
+MAGIC = 0xFD
+OLD_MAGIC = 0xFE
 MAGICS = re.compile(b"[\xfd\xfe]")
-HEADER, OLD_FRAME, CHECKSUM, SIGNATURE = 10, 8, 2, 13
+HEADER = 10
+OLD_FRAME = 8
+CHECKSUM = 2
+SIGNATURE = 13
 SIGNED = 0x01
 LONGEST_FRAME = HEADER + 255 + CHECKSUM + SIGNATURE
-MOST_FLAWS, MOST_FRAMES = 32, 64
-"""Of a datagram: what is behind so many damaged, or whole, frames is not looked at. Senders put
-1,500 bytes into one at most, which is 44 of the shortest signed frames."""
+MOST_FLAWS = 32
+"""Of a datagram: what is behind so many damaged frames is not looked at."""
+MOST_FRAMES = 64
+"""Nor is what is behind so many whole ones. Senders put 1,500 bytes into one at most, which is 44
+of the shortest signed frames."""
 
 GARBAGE = "bytes of no frame"
 TRUNCATED = "truncated"

@@ -13,17 +13,25 @@ from clearway.live.guard.guard_session import WishMaker
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.link.own_motion import OwnMotion
 from clearway.mavlink.dialect import Message, dialect
-from clearway.mavlink.set_points import LOCAL_NED, NO_ACCELERATION, NO_VELOCITY, NO_YAW_RATE
+from clearway.mavlink.set_points import (
+    IGNORE_POSITION,
+    LOCAL_NED,
+    NO_ACCELERATION,
+    NO_VELOCITY,
+    NO_YAW_RATE,
+)
 
-NO_PLACE, NO_YAW = 0x007, 0x400
-VELOCITY = NO_PLACE | NO_ACCELERATION | NO_YAW
+NO_YAW = 0x400
+VELOCITY = IGNORE_POSITION | NO_ACCELERATION | NO_YAW
 """Type mask: velocity and yaw rate count."""
 WORLD_FRAMES = (LOCAL_NED, 7)
 """MAV_FRAME_LOCAL_NED, LOCAL_OFFSET_NED: velocities are those of the world."""
 BODY_FRAMES = (8, 9, 12)
 """BODY_NED, BODY_OFFSET_NED, BODY_FRD: along the nose, right, down."""
-STICK, MIDDLE = 1000, 500
-"""Of MANUAL_CONTROL: the end of an axis; the throttle at which height is kept."""
+STICK = 1000
+"""Of MANUAL_CONTROL, the end of an axis."""
+MIDDLE = 500
+"""Of MANUAL_CONTROL, the throttle at which height is kept."""
 STICK_YAW_RPS = 1.0
 """At the end of the yaw axis."""
 
@@ -55,7 +63,7 @@ def of_set_point(message: Message, world_from_local_m: FloatArray, speed_mps: fl
         return _in_world(enu_from_ned(told), rate)
     if not mask & NO_VELOCITY and frame in BODY_FRAMES:
         return _in_body(np.array([told[0], -told[1], -told[2]]), rate)
-    if not mask & NO_PLACE and frame == LOCAL_NED:
+    if not mask & IGNORE_POSITION and frame == LOCAL_NED:
         place = enu_from_ned([message.x, message.y, message.z]) + world_from_local_m
         wish = PathWish(place[None], speed_mps)
         return lambda _motion: wish

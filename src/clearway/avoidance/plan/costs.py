@@ -1,7 +1,7 @@
 """The receding-horizon problem (4.6): a stage cost of movements and a terminal cost to go.
 
-Both are in metres of flight, so that prices mean the same at any speed and scale. A user replaces
-either by a function of the same type.
+Both are in metres of flight, so that cost weights mean the same at any speed and scale. A user
+replaces either by a function of the same type.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ OPEN = ("coated", "no_room", "risk", "miss", "other_side", "other_plan", "vertic
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """Small prices beside the length flown, in metres of flight.
+    """Small costs beside the length flown, in metres of flight.
 
-    Raises InputError naming every price that is not a number from 0 to 1e9.
+    Raises InputError naming every weight that is not a number from 0 to 1e9.
 
     >>> import clearway as cw
     >>> cw.Prices(risk=1.0)
@@ -72,8 +72,8 @@ class Prices:
     no_room: float | None = None
     """For a way without room to circle within its first movements, in movement lengths: what is
     entered without room to turn round may be a dead end. Of a vehicle with inertia, for one that
-    ends without room to brake. None for 6, and for 12 where ways out may
-    lead through what nobody has seen: those promise nothing."""
+    ends without room to brake. None for 6, and for 12 where escapes may
+    lead through unobserved space: those promise nothing."""
     off_level: float | None = None
     """For leaving the field of view above or below at once, in movement lengths; less the farther
     off. What it costs from there is a guess that knows no movements. None for 0; for 1 where the
@@ -94,7 +94,7 @@ class Prices:
 
     __repr__ = brief
 
-    def suited(
+    def suit_vehicle(
         self,
         *,
         can_stop: bool,
@@ -136,7 +136,7 @@ class Prices:
 
 
 def price_of(price: float | None) -> float:
-    """A price that is not left open, which a planner's prices are not."""
+    """A cost weight that is not left open, which a planner's weights are not."""
     assert price is not None
     return price
 
@@ -152,7 +152,7 @@ TerminalCost = Callable[[ReachSet, IntArray, Goal, Arrival, MovementAutomaton], 
 
 
 def length_and_prices(reach_set: ReachSet, prices: Prices) -> FloatArray:
-    """Length flown plus prices for turns, changes and height; the default stage cost.
+    """Length flown plus costs of turns, changes and height; the default stage cost.
 
     What is slower than straight flight, or stands, costs the length that could have been flown.
     """
@@ -180,7 +180,7 @@ def _level_heights(reach_set: ReachSet) -> FloatArray:
     return np.asarray(-np.sin(pitch) * x + np.cos(pitch) * z, dtype=np.float64)
 
 
-def curved_distance_to_go(
+def turning_distance_to_go(
     reach_set: ReachSet,
     nodes: IntArray,
     goal: Goal,
@@ -234,7 +234,7 @@ class TurnsAndClimbs(NamedTuple):
 
 
 def turns_and_climbs(automaton: MovementAutomaton, prices: Prices | None) -> TurnsAndClimbs:
-    """prices: as of `curved_distance_to_go`."""
+    """prices: as of `turning_distance_to_go`."""
     steepest = automaton.steepest_rad
     radius = automaton.turning_radius_m
     climbs_level = automaton.keeps_attitude or automaton.classes is not None
@@ -314,7 +314,7 @@ def _turn_then_straight(
 
 
 @compiled
-def _climbed(
+def _climb_cost(
     ahead: float, left: float, turn: float, rise: float, steepest: float, climbing: Climbing
 ) -> float:
     """What a way to (ahead, left, rise) costs to who climbs only as it goes ahead.
@@ -345,7 +345,7 @@ def cost_to_go(
     to: Goal,
     able: TurnsAndClimbs,
 ) -> Floats:
-    """[n] `curved_distance_to_go` from the ends of nodes [n]."""
+    """[n] `turning_distance_to_go` from the ends of nodes [n]."""
     result = np.empty(len(nodes))
     target, following, reach_radius = to.target_m, to.next_m, to.reach_radius_m
     radius, pitching, spot = able.radius_m, able.pitching_m, able.spot_m_per_rad
@@ -356,7 +356,7 @@ def cost_to_go(
     leg = np.sqrt(np.sum((following - target) ** 2))
     if ahead_only and not stays_level:
         along = np.hypot(following[0] - target[0], following[1] - target[1])
-        leg = _climbed(along, 0.0, 0.0, following[2] - target[2], steepest, climbing)
+        leg = _climb_cost(along, 0.0, 0.0, following[2] - target[2], steepest, climbing)
     for at, end in enumerate(nodes):
         n, back = end, 0.0
         while True:
@@ -379,7 +379,7 @@ def cost_to_go(
             away = np.hypot(dx, dy)
             steep = abs(dz) > (away if ahead_only else level) * tan_steepest
             if ahead_only:
-                length = _climbed(ahead, left, level - away, dz, steepest, climbing) - back
+                length = _climb_cost(ahead, left, level - away, dz, steepest, climbing) - back
             elif steep:
                 length = abs(dz) / sin_steepest
             else:

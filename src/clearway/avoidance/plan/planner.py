@@ -14,9 +14,9 @@ from clearway.avoidance.plan.costs import (
     Prices,
     StageCost,
     TerminalCost,
-    curved_distance_to_go,
     length_and_prices,
     price_of,
+    turning_distance_to_go,
 )
 from clearway.avoidance.plan.held_escape import Escape
 from clearway.avoidance.plan.prepared import PreparedReachSet
@@ -61,7 +61,7 @@ def suit_prices(
 ) -> Prices:
     """Return the cost weights of the settings, as they suit a vehicle and its field of view."""
     lowest, highest = grid.elevation_edges_rad[[0, -1]].tolist()
-    return settings.prices.suited(
+    return settings.prices.suit_vehicle(
         lopsided=not np.isclose(lowest, -highest),
         can_stop=automaton.can_stop,
         has_inertia=automaton.has_inertia,
@@ -109,7 +109,7 @@ class Planner:
     """(start pitch, reach set with its costs), ascending; of a vehicle with inertia one for each
     class of motion, prepared when it is first flown from."""
     settings: AvoidanceSettings
-    terminal_cost: TerminalCost = curved_distance_to_go
+    terminal_cost: TerminalCost = turning_distance_to_go
     rules: tuple[Rule, ...] = ()
     """The most important first."""
     rating: OwnRating | None = None
@@ -126,7 +126,7 @@ class Planner:
         settings: AvoidanceSettings | None = None,
         *,
         stage_cost: StageCost = length_and_prices,
-        terminal_cost: TerminalCost = curved_distance_to_go,
+        terminal_cost: TerminalCost = turning_distance_to_go,
         rules: Sequence[Rule] = (),
         rating: OwnRating | None = None,
     ) -> Planner:
@@ -165,7 +165,7 @@ class Planner:
         if automaton.has_inertia:
             if stage_cost is length_and_prices:
                 stage_cost = partial(time_flown_m, automaton=automaton)
-            if terminal_cost is curved_distance_to_go:
+            if terminal_cost is turning_distance_to_go:
                 terminal_cost = time_to_go_m
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
@@ -190,8 +190,8 @@ class Planner:
         if not automaton.has_inertia:
             prepared_sets = tuple(prepared_sets)
         priced = automaton.climbs_ahead or automaton.can_stop
-        if terminal_cost is curved_distance_to_go and priced:
-            terminal_cost = partial(curved_distance_to_go, prices=prices)
+        if terminal_cost is turning_distance_to_go and priced:
+            terminal_cost = partial(turning_distance_to_go, prices=prices)
         return cls(
             library.automaton,
             library.grid,
@@ -302,7 +302,7 @@ class Planner:
         classes = self.automaton.classes
         if classes is not None:  # Rooted in each class already.
             return self.prepared_sets[classes.class_at(roll)][1]
-        return self.prepare(pitch).flown_from(self.automaton, roll, pitch)
+        return self.prepare(pitch).fly_from(self.automaton, roll, pitch)
 
     def prepare(self, pitch_rad: float) -> PreparedReachSet:
         """Return the reach set whose start pitch is nearest; the flatter one of two.

@@ -48,7 +48,7 @@ class PreparedReachSet:
     first_node: IntArray
     """[nodes] node of that first movement."""
     step_m: float
-    """Length of one movement: the unit of prices."""
+    """Length of one movement: the unit of cost weights."""
     turns: AttitudeTurns
     flyable: BoolArray
     """[nodes] whether the path to the node's end keeps the automaton's pitch limit."""
@@ -138,7 +138,7 @@ class PreparedReachSet:
             reach_m=reach_of(paths, carried.grid.range_m),
         )
 
-    def flown_from(
+    def fly_from(
         self, automaton: MovementAutomaton, roll_rad: float, pitch_rad: float
     ) -> PreparedReachSet:
         """The same trajectories from a true attitude; cells and costs of movements stay."""

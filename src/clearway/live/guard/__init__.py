@@ -1,1 +1,1 @@
-"""A guardian of anyone's commands: wishes pass while a way out is behind them."""
+"""A guardian of anyone's commands: wishes pass while an escape is behind them."""

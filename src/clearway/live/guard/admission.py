@@ -61,7 +61,9 @@ class Admission:
             raise ClearwayError("guardian: needs escapes")
         self.planner, self.hold_s = planner, hold_s
         self._escapes, self._brakes = planner.escapes, brakes
-        self._aloof = True  # Whether ways out that keep the margin from the unseen are looked for.
+        self._aloof = (
+            True  # Whether escapes that keep the margin from unobserved space are looked for.
+        )
 
     def examine(self, wish: Wish, asked: Asked) -> Examined:
         """Hold a wish against all that is known."""

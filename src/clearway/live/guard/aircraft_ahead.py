@@ -20,8 +20,10 @@ from clearway.vehicle.automaton import MovementAutomaton
 
 LOOKS_S = 15.0
 """How far ahead a wish is flown on: nobody wishes the same for longer."""
-DIRECTIONS, SPEED_SHARES = 16, (0.5, 1.0)
-"""Level velocities that are tried."""
+DIRECTIONS = 16
+"""Of the level velocities that are tried."""
+SPEED_SHARES = (0.5, 1.0)
+"""Of the greatest speed, their speeds."""
 SPARE = 0.15
 """Share of what is to be kept that another velocity keeps beyond it: it is not exchanged again at
 the next tick."""
@@ -59,7 +61,7 @@ class AircraftAhead:
             when = np.clip(-(apart * closing).sum(axis=1) / squared, 0.0, LOOKS_S)
             nearest = np.linalg.norm(apart + when[:, None] * closing, axis=1)
             unsure = self.sigmas * (other.position_std_m + other.velocity_std_mps * when)
-            spare = np.minimum(spare, nearest - self._kept_m(other) - unsure)
+            spare = np.minimum(spare, nearest - self._distance_to_keep_m(other) - unsure)
         return spare
 
     def nearest_clear(
@@ -71,7 +73,9 @@ class AircraftAhead:
             return None
         tried = _velocities(automaton)
         spare = self.spare_m(tried)
-        clear = np.flatnonzero(spare >= SPARE * max(self._kept_m(one) for one in self.intruders))
+        clear = np.flatnonzero(
+            spare >= SPARE * max(self._distance_to_keep_m(one) for one in self.intruders)
+        )
         best = int(np.argmax(spare))
         if len(clear):
             off = np.linalg.norm(tried[clear] - wished_mps, axis=1)
@@ -79,7 +83,7 @@ class AircraftAhead:
         found: FloatArray = tried[best]
         return found
 
-    def _kept_m(self, other: Intruder) -> float:
+    def _distance_to_keep_m(self, other: Intruder) -> float:
         return self.margin_m + other.radius_m
 
 

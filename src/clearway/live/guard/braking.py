@@ -16,9 +16,11 @@ ASSUMED_LATE_S = 0.3
 """By which it answers later: copters tilt first, and come to a velocity ever more slowly."""
 
 
-EAGER, EAGER_LATE_S = 2.5, 0.3
+EAGER = 2.5
 """Times its braking, the most by which an autopilot gains speed: commanded a velocity, it takes its
-own greatest. And for so long it goes on to gain, and does not brake yet."""
+own greatest."""
+EAGER_LATE_S = 0.3
+"""For so long it goes on to gain, and does not brake yet."""
 
 
 class Braking(NamedTuple):

@@ -1,4 +1,4 @@
-"""Whether a wish may pass: its leg keeps the margin, and leaves a way out behind it."""
+"""Whether a wish may pass: its leg keeps the margin, and leaves an escape behind it."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Checked:
     way_out: WayOut | None = None
     """From the end of the leg on."""
     aloof: bool = False
-    """Whether that keeps the whole margin from what nobody has seen as well."""
+    """Whether that keeps the whole margin from unobserved space as well."""
 
 
 def in_calm(situation: Situation) -> Situation:
-    """Without wind: commands are velocities over ground, and whoever follows them corrects it."""
+    """Without wind: commands are velocities over ground, and the vehicle corrects for it."""
     return replace(situation, wind_mps=CALM, wind_sigma_mps=0.0)
 
 
@@ -52,7 +52,7 @@ def check_leg(
 ) -> Checked:
     """Hold a leg against all that is known.
 
-    aloof: a way out that keeps the margin from what nobody has seen is looked for first.
+    aloof: an escape that keeps the margin from unobserved space is looked for first.
     """
     slope = margin_slope(planner.settings, situation)
     paths = sloping(leg.paths(situation.frame), slope)
@@ -81,7 +81,7 @@ def check_leg(
 
 
 def is_endangered(held: Held, planner: Planner, around: Situation, now_s: float) -> bool:
-    """Whether anything is nearer than the margin to what is flown next of what is in hand."""
+    """Whether anything is nearer than the margin to what is flown next of what is held."""
     until_s = max(held.renew_s, now_s + planner.automaton.movements[0].duration_s)
     times = now_s + (until_s - now_s) * np.arange(1, PART_SAMPLES + 1) / PART_SAMPLES
     states = [held.at(float(time_s)) for time_s in times]

@@ -24,7 +24,7 @@ from clearway.live.link.set_point import SetPoint
 from clearway.sensors import Lidar
 
 OFF_HAND_S = 1.0
-"""At the own speed: farther off what is in hand, nobody flies it."""
+"""At the own speed: farther off what is held, no vehicle flies it."""
 NO_GOALS = np.zeros((0, 3))
 NO_PLACE = "wish: no own position yet"
 
@@ -43,7 +43,7 @@ class Wished(NamedTuple):
 
 
 def looking_past(terms: SessionTerms) -> SessionTerms:
-    """Terms by which aircraft are heard of as early as wishes are checked against them."""
+    """Terms by which aircraft are reported as early as wishes are checked against them."""
     seconds = max(terms.traffic.horizon_s, LOOKS_S)
     return replace(terms, traffic=replace(terms.traffic, horizon_s=seconds))
 
@@ -52,7 +52,7 @@ class GuardSession(Hearing):
     """Feed it with the `hear_` methods, and ask it with `tick` at a set rate.
 
     guardian: with `sensor` as its only LiDAR (None where there is none). wish_s: for how
-    long a wish counts after it came; after that what is in hand is flown on. Before the first wish
+    long a wish counts after it came; after that what is held is flown on. Before the first wish
     nothing is sent.
     """
 
@@ -120,12 +120,12 @@ class GuardSession(Hearing):
         self.state = link_state(facts, self.terms.limits)
         started = time.perf_counter()
         wished = self._fresh(now)
-        guarded = self._guarded(wished, now)
+        guarded = self._guard(wished, now)
         elapsed_s = time.perf_counter() - started
         unchanged = None
         if guarded is not None and guarded.passed and wished is not None:
             unchanged = wished.message
-        point = self._sent(now, self._leading(guarded, now))
+        point = self._pick_set_point(now, self._leading(guarded, now))
         return TickOutcome(
             now,
             self.state,
@@ -146,7 +146,7 @@ class GuardSession(Hearing):
             return None
         return wished
 
-    def _guarded(self, wished: Wished | None, now: float) -> Guarded | None:
+    def _guard(self, wished: Wished | None, now: float) -> Guarded | None:
         """What the guardian says; None before the first wish, and where it cannot say anything."""
         asked = self.state.decides or self.state is LinkState.SENSOR_LOST
         if not asked or self.motion is None:

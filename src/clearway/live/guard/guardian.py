@@ -1,7 +1,7 @@
-"""The guardian: whoever flies keeps the say while what is wished leaves a way out.
+"""The guardian: the pilot keeps the say while what is wished leaves an escape.
 
-A wish that is verified with a way out behind it passes unchanged. Else the nearest safe trajectory
-is flown: the wish is the cost, everything else is `decide`. What was verified last stays in hand
+A wish that is verified with an escape behind it passes unchanged. Else the nearest safe trajectory
+is flown: the wish is the cost, everything else is `decide`. What was verified last stays held
 and is flown on where nothing better is found, or nobody asks any more.
 """
 
@@ -104,7 +104,7 @@ class Guardian:
         if problems:
             raise InputError("guardian", problems)
         self.escape = escape_plan(planner, lidars, start=start).count_unobserved_as_free()
-        """Which ways out are kept in hand, and why."""
+        """Which escapes are held, and why."""
         nearness = NearnessToWish()
         self.planner = planner_towards(self.escape.adapt_planner(planner), nearness)
         if self.planner.escapes is None:
@@ -320,9 +320,9 @@ class Guardian:
         guarded = self._guard(wish, now_s, own_velocity_mps)
         if wish is None:
             return guarded
-        return replace(guarded, changed_mps=self._changed_mps(wish, guarded))
+        return replace(guarded, changed_mps=self._measure_change_mps(wish, guarded))
 
-    def _changed_mps(self, wish: Wish, guarded: Guarded) -> float:
+    def _measure_change_mps(self, wish: Wish, guarded: Guarded) -> float:
         """By how much what is flown is off a wish when that ends to count: what replaces it begins
         with the own velocity."""
         if guarded.passed or self.held is None:
@@ -353,7 +353,7 @@ class Guardian:
         elif wish is not None:
             wished, fastest = wish, self.planner.speed_mps
             if self.planner.automaton.can_stop:
-                wish = wish.slowed_to(fastest)
+                wish = wish.slow_to(fastest)
             examined = self._admission.examine(wish, asked)
             if examined.passes:
                 same = wish is wished

@@ -1,4 +1,4 @@
-"""What the guardian holds in hand: the leg of a wish that passed, or a decision, and a way out."""
+"""What the guardian holds: the leg of a wish that passed, or a decision, and an escape."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class Held:
     movements: MovementBuffer
     """After the leg; one round of the loop is among them."""
     loop: tuple[str, ...]
-    """Flown again and again after those; none where there is no way out."""
+    """Flown again and again after those; none where there is no escape."""
     way_out: WayOut | None
     """What is flown from the end of the leg on, or from that of the first movement."""
     decision: Decision | None = None
 
     @classmethod
     def of_leg(cls, automaton: MovementAutomaton, leg: Leg, way: WayOut) -> Held:
-        """A wish that passes, and the way out behind it."""
+        """A wish that passes, and the escape behind it."""
         begins_s = leg.start.time_s + leg.end_s
         movements = MovementBuffer.of(automaton.chain(way.movements), begins_s)
         return cls(automaton, leg.start, leg, movements, way.loop, way)
@@ -53,13 +53,13 @@ class Held:
 
     @property
     def renew_s(self) -> float:
-        """When what was verified first ends, and the way out begins."""
+        """When what was verified first ends, and the escape begins."""
         if self.leg is not None:
             return self.movements.start_s
         return self.movements.entries[0].end_s
 
     def escape_ends_s(self, now_s: float) -> float | None:
-        """When the way out has been flown, as `Plan.escape_ends_s`; None where there is none."""
+        """When the escape has been flown, as `Plan.escape_ends_s`; None where there is none."""
         if not self.loop:
             return None
         loop = self.automaton.chain(self.loop)
@@ -76,11 +76,11 @@ class Held:
             if elapsed_s < self.leg.end_s:
                 return self.leg.at(max(0.0, elapsed_s))
             start = self.leg.end
-        flown = self._flown_until(time_s)
+        flown = self._extend_until(time_s)
         time_s = min(max(time_s, flown.start_s), flown.end_s)
         before, after = flown.split(time_s)
         movement = (after.entries or before.entries[-1:])[0].movement
-        asked = self._asked(flown, start, time_s)
+        asked = self._reference_on(flown, start, time_s)
         if asked is not None:
             attitude = np.array([*start.attitude_rad[:2], asked.yaw_rad])
             state = replace(start, position_m=asked.position_m, attitude_rad=attitude)
@@ -95,14 +95,14 @@ class Held:
 
     def reference_at(self, time_s: float) -> Reference | None:
         """What it asks of a vehicle with inertia at a time; None during a leg, and of others."""
-        start, flown = self.start, self._flown_until(time_s)
+        start, flown = self.start, self._extend_until(time_s)
         if self.leg is not None:
             if time_s - self.start.time_s < self.leg.end_s:
                 return None
             start = self.leg.end
-        return self._asked(flown, start, min(max(time_s, flown.start_s), flown.end_s))
+        return self._reference_on(flown, start, min(max(time_s, flown.start_s), flown.end_s))
 
-    def _asked(self, flown: MovementBuffer, start: State, time_s: float) -> Reference | None:
+    def _reference_on(self, flown: MovementBuffer, start: State, time_s: float) -> Reference | None:
         if not self.automaton.has_inertia:
             return None
         vector = start.vector
@@ -114,18 +114,18 @@ class Held:
         return None
 
     def way_out_at(self, time_s: float) -> WayOut | None:
-        """What of the way out is left at a time between two movements; else None."""
+        """What of the escape is left at a time between two movements; else None."""
         way = self.way_out
         if way is None:
             return None
         first = 0 if self.leg is not None else 1
-        for entry in self._flown_until(time_s).entries[first:]:
+        for entry in self._extend_until(time_s).entries[first:]:
             if abs(entry.start_s - time_s) <= TIME_TOLERANCE_S:
                 return way
             way = way.after_one
         return None
 
-    def _flown_until(self, time_s: float) -> MovementBuffer:
+    def _extend_until(self, time_s: float) -> MovementBuffer:
         """The movements, with as many rounds of the loop as reach beyond a time."""
         movements = self.movements
         if not self.loop or time_s < movements.end_s - TIME_TOLERANCE_S:

@@ -103,7 +103,7 @@ class Holding:
             return kept
         return automaton.in_class(kept, automaton.classes.class_near(*split_velocity(velocity)))
 
-    # --- by the time of whoever asks ------------------------------------------------------
+    # --- by the time of the caller ------------------------------------------------------
 
     def state_at(self, time_s: float) -> State | None:
         """Where it has the vehicle at a time; None before anything is held."""
@@ -124,9 +124,9 @@ class Holding:
         asked = self.held.reference_at(own_s)
         if asked is not None:
             return SetPoint.of_reference(asked)
-        return self.commanded_at(own_s)[0]
+        return self.command_at(own_s)[0]
 
-    def commanded_at(self, own_s: float) -> tuple[SetPoint, FloatArray]:
+    def command_at(self, own_s: float) -> tuple[SetPoint, FloatArray]:
         """Place, velocity and yaw of an own time, and the velocity [3]; something is held.
 
         A vehicle that answers late is commanded its velocity early.

@@ -1,4 +1,4 @@
-"""Where a wish leads a vehicle for the time that it counts, and then to where a way out may begin.
+"""Where a wish leads a vehicle for the time that it counts, and then to where an escape may begin.
 
 A vehicle that can stop gets from one velocity to another at a bounded acceleration; one that cannot
 turns towards the wished direction, no faster than its movements do, at its own speed, and then to
@@ -24,8 +24,10 @@ PART_SAMPLES = 8
 """Places along each part that are looked at."""
 LEVEL_M = 1e-9
 """Heights that differ by no more are the same."""
-SHORTEST_S, SLOWEST_MPS = 1e-3, 1e-9
-"""A vehicle that brakes for less, or from less, stands at once."""
+SHORTEST_S = 1e-3
+"""A vehicle that brakes for less stands at once."""
+SLOWEST_MPS = 1e-9
+"""A vehicle that brakes from less stands at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -232,13 +234,13 @@ def _turning(
         aside = math.atan2(direction[1], direction[0]) - yaw if level > 1e-9 * size else 0.0
         off = np.array([wished - pitch, float(wrap_angle(np.asarray(aside)))])
     rates = np.clip(off / hold_s, -most, most)
-    first = _held(state, 0.0, speed, rates, hold_s, automaton)
+    first = _hold_rates(state, 0.0, speed, rates, hold_s, automaton)
     begins = speed * state.world_from_body[:, 0]
     left, took_s = _to_kept_pitch(float(first.attitude_rad[-1, 1]), automaton, float(most[0]))
     if took_s == 0.0:
         return Leg(state, begins, (first,))
     there = replace(state, position_m=first.places_m[-1], attitude_rad=first.attitude_rad[-1])
-    levels = _held(there, hold_s, speed, np.array([left / took_s, 0.0]), took_s, automaton)
+    levels = _hold_rates(there, hold_s, speed, np.array([left / took_s, 0.0]), took_s, automaton)
     return Leg(state, begins, (first, levels))
 
 
@@ -256,7 +258,7 @@ def _to_kept_pitch(
     return (off, abs(off) / most_rps) if abs(off) > 1e-9 and most_rps > 0.0 else (0.0, 0.0)
 
 
-def _held(
+def _hold_rates(
     state: State,
     begins_s: float,
     speed: float,

@@ -10,14 +10,14 @@ import numpy as np
 from clearway.base.frames import FloatArray
 
 STRAIGHT = tuple(round(0.05 * n, 2) for n in range(20, 3, -1))
-"""Shares of the wished speed straight on: so fine that slower comes before aside."""
+"""Shares of the wished speed straight on: so fine that slower comes before sideways."""
 SHARES = (1.0, 0.8, 0.6, 0.4, 0.2)
-"""Of the wished speed, aside."""
+"""Of the wished speed, to the side."""
 TURNS_DEG = (10.0, -10.0, 20.0, -20.0, 35.0, -35.0, 50.0, -50.0, 60.0, -60.0)
 """Aside, left positive."""
 GAINS = 0.1
 """Share of the wished speed by which a velocity is nearer to the wish than standing still: for less
-nobody is led aside."""
+no vehicle is led to the side."""
 LEAVES = 0.5
 """Share of the wished speed from which a hold is left: a vehicle that stands does not creep."""
 

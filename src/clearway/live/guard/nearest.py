@@ -120,7 +120,7 @@ def planner_towards(planner: Planner, wish: NearnessToWish) -> Planner:
     """The planner for which the wish alone is the cost.
 
     A single movement is a trajectory to it, and so is standing still: what comes after the first
-    movement is the way out.
+    movement is the escape.
     """
 
     def each(prepared: PreparedReachSet) -> PreparedReachSet:

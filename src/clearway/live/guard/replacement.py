@@ -70,7 +70,7 @@ class Replacement:
         good = decision.choice.basis not in NOT_GOOD and is_certain(decision.way_out)
         at_end = held is not None and held.way_out_at(now) is not None
         if held is not None and held.loop and not good and not at_end:
-            # Between two movements a decision falls back on the way out in hand by itself.
+            # Between two movements a decision falls back on the held escape by itself.
             beside = threat and is_certain(decision.way_out)
             if not beside:
                 return None, FLOWN_ON
@@ -104,7 +104,7 @@ class Replacement:
         """What a guardian says of what is held; now: by its own clock."""
         held = self._holding.held
         assert held is not None  # A decision always ends in something to fly.
-        point, velocity = self._holding.commanded_at(now)
+        point, velocity = self._holding.command_at(now)
         soon, _ = held.at(now + 0.1)
         turned = (float(soon.attitude_rad[2]) - point.yaw_rad) / 0.1
         margin = self.planner.settings.safety_margin_m if decision is None else decision.margin_m

@@ -49,7 +49,7 @@ class VelocityWish:
         """[3] where it leads, world frame."""
         return self.velocity_mps
 
-    def slowed_to(self, fastest_mps: float) -> VelocityWish:
+    def slow_to(self, fastest_mps: float) -> VelocityWish:
         """The same way, no faster; itself where it is not."""
         fast = self.fastest_mps
         if fast <= fastest_mps * (1.0 + SAME):
@@ -95,7 +95,7 @@ class PathWish:
         velocity: FloatArray = (end - place_m) / hold_s
         return velocity
 
-    def slowed_to(self, fastest_mps: float) -> PathWish:
+    def slow_to(self, fastest_mps: float) -> PathWish:
         """The same way, no faster; itself where it is not."""
         if self.speed_mps <= fastest_mps * (1.0 + SAME):
             return self

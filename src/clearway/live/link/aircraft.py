@@ -67,7 +67,7 @@ class AircraftReport:
 
 
 class AircraftHeard:
-    """Aircraft heard of lately; gives an Intruder for each report that can be used."""
+    """Aircraft reported lately; gives an Intruder for each report that can be used."""
 
     def __init__(self, terms: TrafficTerms, counts: Counter[str]) -> None:
         self._terms, self._counts = terms, counts
@@ -91,15 +91,15 @@ class AircraftHeard:
                 return self._left_out(REPEATED)
         if before is None and len(self._heard) >= MOST_AIRCRAFT:
             return self._left_out(TOO_MANY)
-        return self._followed(report, told_s, now_s, own)
+        return self._follow(report, told_s, now_s, own)
 
-    def _followed(
+    def _follow(
         self, report: AircraftReport, told_s: float, now_s: float, own: OwnMotion
     ) -> Intruder | None:
         address, velocity = report.address, report.velocity_mps
         if velocity is None:
             self._heard[address] = (told_s, report.as_told)
-            velocity = self._flown(report, told_s)
+            velocity = self._derive_velocity(report, told_s)
             if velocity is None:
                 return self._left_out(NO_VELOCITY)
         times = self._times.setdefault(address, ReportTimes())
@@ -111,7 +111,7 @@ class AircraftHeard:
         self._heard[address] = (told_s, report.as_told)
         return intruder
 
-    def _flown(self, report: AircraftReport, told_s: float) -> FloatArray | None:
+    def _derive_velocity(self, report: AircraftReport, told_s: float) -> FloatArray | None:
         """The velocity [3] by which an aircraft of this address came here; None if unknown yet."""
         anchors = self._anchors.setdefault(report.address, [])
         for number, (at_s, place) in enumerate(anchors):

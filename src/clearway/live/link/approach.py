@@ -47,7 +47,7 @@ def predict_approaches(
     flight: FlightDecision, own: OwnMotion, intruders: Iterable[Intruder]
 ) -> list[PredictedApproach]:
     """Aircraft that come within WORRY margins, or that the decision avoids; nearest first."""
-    avoided = _avoided(flight)
+    avoided = _find_avoided(flight)
     margin = flight.decision.margin_m
     told = []
     for intruder in intruders:
@@ -63,7 +63,7 @@ def predict_approaches(
     return sorted(told, key=lambda approach: approach.time_s)
 
 
-def _avoided(flight: FlightDecision) -> set[str]:
+def _find_avoided(flight: FlightDecision) -> set[str]:
     """Intruders that ruled out cheaper candidates, or limit the chosen one."""
     decision = flight.decision
     choice = decision.choice

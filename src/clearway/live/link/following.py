@@ -9,11 +9,13 @@ import numpy as np
 from clearway.base.frames import FloatArray
 
 WINDOW_S = 1.5
-"""Of set-points that the motion is held against."""
+"""Of set-points that the motion is checked against."""
 ANSWER_S = 0.5
 """What was told later than so long ago is not: a vehicle takes time to get going, and to turn."""
-LEAST_ASKED, LEAST_GONE = 0.5, 0.25
-"""Of the own speed, asked for on the whole; and of that, gone."""
+LEAST_ASKED = 0.5
+"""Of the own speed, asked for on the whole."""
+LEAST_GONE = 0.25
+"""Of what was asked for, gone."""
 KEPT_S = 3.0
 """Set-points are remembered for so long: what the vehicle says is late."""
 ECHO_S = 1.0
@@ -28,7 +30,7 @@ class SetPointsFollowed:
     def __init__(self, speed_mps: float) -> None:
         self._speed_mps = speed_mps
         self._told: deque[tuple[float, FloatArray, FloatArray, FloatArray]] = deque()
-        """Time, place and velocity told, own place."""
+        """Time, place and velocity reported, own position."""
         self._strange = 0
 
     def begin(self) -> None:

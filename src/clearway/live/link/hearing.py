@@ -1,4 +1,4 @@
-"""What any session over a link hears: the vehicle's pulse and clock, own places, scans, aircraft.
+"""What any session over a link hears: the vehicle's pulse, clock and positions, scans, aircraft.
 
 Told in the world frame and by the vehicle's clock, at times of our monotonic clock, so that a
 session can be run through anything in a test, and faster than real time.
@@ -52,7 +52,7 @@ class SessionTerms:
 
 
 class Fed(Protocol):
-    """Whoever decides on what is heard: a system with a mission, or a guardian."""
+    """The one that decides on what is heard: a system with a mission, or a guardian."""
 
     @property
     def planner(self) -> Planner: ...
@@ -110,7 +110,7 @@ class Hearing(ABC):
 
     @property
     def planner(self) -> Planner:
-        """Of whoever decides."""
+        """Of the one that decides."""
         return self._sink.planner
 
     @property
@@ -169,11 +169,11 @@ class Hearing(ABC):
 
     def hear_scan(self, told_s: float | None, scan_at: ScanMaker, wall_s: float) -> None:
         """A scan, to be made for the own state of its time; told_s: None where nothing is told."""
-        arrived_s = self.clock.arrived(wall_s)
+        arrived_s = self.clock.estimate_arrival(wall_s)
         self._scans.take(told_s, arrived_s, self.clock.now(wall_s), scan_at)
 
     def hear_aircraft(self, report: AircraftReport, wall_s: float) -> None:
-        """Another aircraft; nothing can be made of it before the own place is known."""
+        """Another aircraft; nothing can be made of it before the own position is known."""
         assert self.motion is not None
         now = self.clock.now(wall_s)
         intruder = self._traffic.take(report, now, self.motion)
@@ -225,7 +225,7 @@ class Hearing(ABC):
         self._is_begun = begins
 
     def _take_scans(self) -> None:
-        for scan in self._scans.placed():
+        for scan in self._scans.place_waiting():
             self._sink.update(scan)
 
     def _take_reports(self) -> None:
@@ -248,7 +248,7 @@ class Hearing(ABC):
             followed=self._flaw is None,
         )
 
-    def _sent(self, now: float, found: SetPoint | None) -> SetPoint | None:
+    def _pick_set_point(self, now: float, found: SetPoint | None) -> SetPoint | None:
         """What to send; where set-points end, the last one to hold, a few times."""
         if found is not None and self._own is not None:
             found = found.above(self.floor_m, self._own.position_m)
@@ -265,12 +265,12 @@ class Hearing(ABC):
             self._last = None
             return None
         self._holds -= 1
-        return self._last.held()
+        return self._last.hold()
 
     def farewell(self) -> SetPoint | None:
         """The last set-point, when the session ends: to hold where the vehicle was led to."""
         last, self._last = self._last, None
-        return last.held() if last is not None and self.state.may_hold else None
+        return last.hold() if last is not None and self.state.may_hold else None
 
     def escape_ahead(self, sent: SetPoint | None, period_s: float) -> list[SetPointAhead]:
         """What is held after the last tick, to its end and a hold there; none without an escape.

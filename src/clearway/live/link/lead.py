@@ -20,8 +20,10 @@ LEARNED_PER_S = 0.15
 one or two to answer, and what is learned faster swings."""
 LONGEST_S = 0.5
 """Between two own positions, or set-points, that are learned from."""
-LATEST_S, EARLIEST_S = -0.1, 0.3
-"""Bounds of what is learned."""
+LATEST_S = -0.1
+"""Lower bound of what is learned."""
+EARLIEST_S = 0.3
+"""Upper bound of what is learned."""
 LEAST_MPS = 1.0
 """More slowly, a place says little of time."""
 MOST_LEAD_S = 0.4

@@ -24,7 +24,7 @@ class LinkState(StrEnum):
     AGEING = "ageing"
     """The position is late: decided on, with a margin that grows with its age."""
     BLIND = "blind"
-    """No distances lately: decided on, with space as unseen and what is remembered."""
+    """No distances lately: decided on, with space as unobserved and what is remembered."""
     STALE = "stale position"
     """Too old to decide on: the last plan is flown on while it holds."""
     POSITION_LOST = "position lost"

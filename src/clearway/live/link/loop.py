@@ -26,9 +26,11 @@ READ_S = 0.02
 what is beyond that is lost, good or bad."""
 BATCH_S = 0.001
 """Between reads while waiting for what presses, so that a flood does not wake us for each of it."""
-LEAST_S, LATER = 0.01, 1.25
-"""Between ticks at once; and the next one at the set rate after such a tick, in periods: what comes
-at the same rate is waited for that much longer."""
+LEAST_S = 0.01
+"""Between ticks at once."""
+LATER = 1.25
+"""Periods from such a tick to the next one at the set rate: what comes at that rate is waited for
+that much longer."""
 
 
 @dataclass(slots=True)

@@ -32,7 +32,7 @@ class TickOutcome:
     messages: tuple[object, ...] = ()
     """What the link sends for it, in this order."""
     notes: tuple[str, ...] = ()
-    """What whoever watches is told now."""
+    """What the observer is told now."""
     guarded: Guarded | None = None
     """What a guardian says, where one was asked."""
     wished: object = None

@@ -61,7 +61,7 @@ class OwnMotion:
         )
 
 
-def turned_onto(planned: State, state: State, counts: Counter[str]) -> State:
+def turn_onto(planned: State, state: State, counts: Counter[str]) -> State:
     """The own state with the direction of flight that the plan has, while the vehicle follows it.
 
     It does so with lag: a decision that started from its own direction would ask for the

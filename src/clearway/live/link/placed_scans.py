@@ -1,7 +1,7 @@
 """Scans of a link, each made for the own state of its time.
 
 They may come before the own state of their time, so they wait until a tick, when all that has come
-is in hand.
+is known.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ class PlacedScans:
 
     @property
     def ready(self) -> bool:
-        """Whether a scan waits of whose time the own place is known."""
+        """Whether a scan waits of whose time the own position is known."""
         return any(time_s <= self._past.newest_s for time_s, _ in self._waiting)
 
-    def placed(self) -> list[Scan]:
+    def place_waiting(self) -> list[Scan]:
         """Scans of what has come since the last call."""
         scans: list[Scan] = []
         for time_s, scan_at in self._waiting:

@@ -21,7 +21,7 @@ from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.lead import LeadTime, OwnSpeed
 from clearway.live.link.link_state import LinkState, link_state
 from clearway.live.link.outcome import TickOutcome
-from clearway.live.link.own_motion import OwnMotion, turned_onto
+from clearway.live.link.own_motion import OwnMotion, turn_onto
 from clearway.live.link.set_point import SetPoint
 from clearway.live.outputs.flight_decision import FlightDecision
 from clearway.live.preflight.doubts import is_kept_level, over_own_level
@@ -70,9 +70,9 @@ class Session(Hearing):
             if asked is not None and not self._flaw:
                 self._lead.take(state.time_s, state.position_m, asked)
             return state  # Its velocity says more than the direction of its plan.
-        planned = self._planned(state.time_s) if self._is_led and not self._flaw else None
+        planned = self._find_planned(state.time_s) if self._is_led and not self._flaw else None
         if planned is not None and motion.attitude_rad is None:
-            state = turned_onto(planned, state, self.counts)
+            state = turn_onto(planned, state, self.counts)
         return state
 
     def hear_goal(self, place_m: FloatArray, wall_s: float) -> str | None:
@@ -129,8 +129,8 @@ class Session(Hearing):
         if flight is not None and self.motion is not None:
             close = predict_approaches(flight, self.motion, self._intruders.values())
         why_state = self._why_state(self.refusal)
-        self._told_s = min(now, self.clock.arrived(wall_s))
-        set_point = self._sent(now, self._leading(now, self._told_s))
+        self._told_s = min(now, self.clock.estimate_arrival(wall_s))
+        set_point = self._pick_set_point(now, self._leading(now, self._told_s))
         return TickOutcome(
             now, self.state, flight, why, elapsed, set_point, tuple(close), why_state
         )
@@ -177,7 +177,7 @@ class Session(Hearing):
 
     def _off_plan(self) -> str | None:
         """Why the plan is not what is flown: then it shows nothing that keeps clear."""
-        planned = self._planned(self._own.time_s) if self._own is not None else None
+        planned = self._find_planned(self._own.time_s) if self._own is not None else None
         if planned is None or self._own is None or self._has_inertia:
             return None  # With inertia, what leaves the tube is reason enough.
         off = float(np.linalg.norm(planned.position_m - self._own.position_m))
@@ -201,7 +201,7 @@ class Session(Hearing):
 
     def _on_plan(self, told_s: float) -> SetPoint | None:
         """What the plan asks for at the vehicle's time, ahead by what it is late."""
-        ahead = self._planned(told_s + self._lead.seconds)
+        ahead = self._find_planned(told_s + self._lead.seconds)
         movement = None if ahead is None else self.system.movement_at(ahead.time_s)
         if ahead is None or movement is None:
             return None
@@ -222,7 +222,7 @@ class Session(Hearing):
     def _on_escape(self, later_s: float) -> SetPoint | None:
         return self._on_plan(self._told_s + later_s)
 
-    def _planned(self, time_s: float) -> State | None:
+    def _find_planned(self, time_s: float) -> State | None:
         """Where the plan has the vehicle; it begins with a decision, which news may be older than.
 
         None before the first decision and past the plan's end.

@@ -17,11 +17,14 @@ SINKING_MPS2 = 0.5
 """By which sinking is stopped above the floor: half of what ArduCopter brakes by."""
 SINKS_AHEAD_S = 0.5
 """How far below the vehicle a place near the floor is, at the fastest that it may sink there."""
-PULL_PER_S, MOST_PULL = 1.0, 0.3
-"""Speed of a vehicle that takes velocities only towards its place, for every metre off it; at most,
-in own speeds."""
-TURN_PER_S, MOST_TURN_RPS = 1.5, 1.0
-"""The same of its nose, for every radian."""
+PULL_PER_S = 1.0
+"""Speed of a vehicle that takes velocities only towards its place, for every metre off it."""
+MOST_PULL = 0.3
+"""That speed at most, in own speeds."""
+TURN_PER_S = 1.5
+"""Yaw rate of such a vehicle, for every radian that its nose is off."""
+MOST_TURN_RPS = 1.0
+"""That yaw rate at most."""
 HOLDS = 3
 """How often a last set-point to hold is sent: one may get lost."""
 
@@ -74,7 +77,7 @@ class SetPoint:
             return self
         return replace(self, position_m=self.position_m - seconds * self.velocity_mps)
 
-    def held(self) -> SetPoint:
+    def hold(self) -> SetPoint:
         """The same place, to stay at."""
         return replace(self, velocity_mps=None, acceleration_mps2=None, yaw_rate_rps=0.0)
 
@@ -139,5 +142,5 @@ def sample_escape(
             break
         found.append(SetPointAhead(due_s, point.above(floor_m, point.position_m)))
         due_s += step_s
-    held, ended_s = found[-1].set_point.held(), found[-1].later_s
+    held, ended_s = found[-1].set_point.hold(), found[-1].later_s
     return found + [SetPointAhead(ended_s + n * step_s, held) for n in range(1, HOLDS + 1)]

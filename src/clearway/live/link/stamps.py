@@ -15,8 +15,10 @@ from clearway.base.frames import FloatArray
 
 AGE_STEP_S = 1.0
 """Ages are told in whole seconds: what is told may be so much too young."""
-KEPT_S, MOST = 15.0, 20
-"""Reports that date each other."""
+KEPT_S = 15.0
+"""How long reports date each other."""
+MOST = 20
+"""Reports that date each other, at most."""
 ASIDE_SHARE = 0.15
 """Reports off the straight way by more than this share of the way between date nothing."""
 SLOWEST_MPS = 2.0

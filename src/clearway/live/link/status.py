@@ -1,4 +1,4 @@
-"""What a vehicle says of itself, as far as it concerns whoever leads it."""
+"""What a vehicle says of itself, as far as it concerns the program that leads it."""
 
 from __future__ import annotations
 

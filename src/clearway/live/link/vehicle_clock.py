@@ -20,9 +20,10 @@ FORGOTTEN_S = 60.0
 """Nor is a leap ahead by more the same flight: counters wrap, so a restart may look like one."""
 STRAYS = 5
 """So many messages in a row from another time are one: fewer may be stray."""
-SPAN_S, SPANS = 1.0, 3
-"""The least delay is that of so many spans of the vehicle's time, the present one included: 2 to
-3 s."""
+SPAN_S = 1.0
+"""Of the vehicle's time, whose least delay is kept as one number."""
+SPANS = 3
+"""The least delay is that of so many spans, the present one included: 2 to 3 s."""
 SLEWED = 0.5
 """Share of its speed by which the clock is held back until it has the later time."""
 RECENT_S = 1.0
@@ -72,7 +73,7 @@ class VehicleClock:
         self._asked = (wall_s, now)
         return now
 
-    def arrived(self, wall_s: float) -> float:
+    def estimate_arrival(self, wall_s: float) -> float:
         """The vehicle's time of what arrives now and tells none, if it took as long as the last."""
         if self._speedup is None or not self._recent:
             return self._newest_s

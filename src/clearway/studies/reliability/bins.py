@@ -25,7 +25,7 @@ def bin_ratings(rating: FloatArray) -> IntArray:
     )
 
 
-def counted(rating: FloatArray, good: BoolArray) -> FloatArray:
+def count_moments(rating: FloatArray, good: BoolArray) -> FloatArray:
     """[BINS, 5] of a flight's moments: how many, how many good, sums of the rating, of its square
     and of the rating of what was good."""
     at = bin_ratings(rating)

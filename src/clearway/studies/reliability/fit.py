@@ -11,14 +11,14 @@ LEAST_CELLS = 200.0
 """Of a knot: neighbouring bins are put together until there are so many."""
 
 
-def fitted(counts: FloatArray) -> FloatArray:
+def fit_knots(counts: FloatArray) -> FloatArray:
     """[knots, 2] rating and share that was good, both ascending; from counts [BINS, 5].
 
     Isotonic regression over the bins, each by its count. The ends are at 0 and 1.
     """
     from scipy.optimize import isotonic_regression
 
-    said, share, count = _gathered(counts)
+    said, share, count = _gather(counts)
     rising = np.asarray(isotonic_regression(share, weights=count, increasing=True).x)
     x = np.concatenate([[0.0], said, [1.0]])
     y = np.concatenate([rising[:1], rising, rising[-1:]])
@@ -28,7 +28,7 @@ def fitted(counts: FloatArray) -> FloatArray:
     return np.stack([x[keep], np.clip(y[keep], 0.0, 1.0)], axis=1)
 
 
-def _gathered(counts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _gather(counts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean rating, share that was good and count of bins that have enough of both; a rating of
     exactly 0 or 1 stays alone."""
     at_zero, at_one = bin_ratings(np.array([0.0, 1.0]))

@@ -56,7 +56,7 @@ class KeptWatch:
         self._moves.append(moves(decision))
         self._last = decision
 
-    def kept(self, run: Run[Any]) -> list[Kept]:
+    def list_kept(self, run: Run[Any]) -> list[Kept]:
         """All decisions of the flight that took effect and moved the vehicle, in order.
 
         One that stays repeats one error as often as it decides.
@@ -92,7 +92,7 @@ class HeldShare(NamedTuple):
         return cls(*share_by_flights(counts[:, 0], counts[:, 1]))
 
 
-def fitted_scores(decisions: Iterable[Kept]) -> dict[str, dict[str, tuple[float, ...]]]:
+def fit_scores(decisions: Iterable[Kept]) -> dict[str, dict[str, tuple[float, ...]]]:
     """Quantiles of the scores of all decisions, by group, beside the truth and beside scans."""
     true, measured = defaultdict(list), defaultdict(list)
     for one in decisions:

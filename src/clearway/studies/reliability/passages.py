@@ -43,7 +43,7 @@ class Passages:
                     entered[row, step, sample] = last
         return cls(cell, node, entered)
 
-    def flown(self, clear: BoolArray) -> tuple[BoolArray, BoolArray, BoolArray]:
+    def judge_flown(self, clear: BoolArray) -> tuple[BoolArray, BoolArray, BoolArray]:
         """What comes of all trajectories if samples [nodes, samples] are clear: which cells are
         entered [trajectories, cells], in which of these all stays clear, and which trajectories
         do [trajectories].

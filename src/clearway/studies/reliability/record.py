@@ -1,4 +1,4 @@
-"""One flight looked at: what every rating said at its decisions, held against what was there."""
+"""One flight looked at: what every rating said at its decisions, checked against what was there."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray
 from clearway.obstacles.world import World
 from clearway.sim import Run
-from clearway.studies.reliability.bins import BINS, counted
+from clearway.studies.reliability.bins import BINS, count_moments
 from clearway.studies.reliability.passages import KnownPassages
 from clearway.studies.reliability.truth import (
     TruePassage,
     distances_m,
-    obstructed_cells,
+    find_obstructed_cells,
     true_passages,
 )
 
-CELLS, PASSAGES, TRAJECTORIES, CHOSEN = "cells", "passages", "trajectories", "chosen"
+CELLS = "cells"
+PASSAGES = "passages"
+TRAJECTORIES = "trajectories"
+CHOSEN = "chosen"
 KINDS = (CELLS, PASSAGES, TRAJECTORIES, CHOSEN)
 """Cells that some trajectory passes; passages of trajectories through cells; complete trajectories;
 the one that was taken."""
@@ -48,11 +51,11 @@ class _Sums:
     counts: dict[tuple[str, str], FloatArray] = field(default_factory=dict)
 
     def add(self, key: tuple[str, str], rating: FloatArray, good: BoolArray) -> None:
-        more = counted(rating, good)
+        more = count_moments(rating, good)
         self.counts[key] = self.counts.get(key, np.zeros((BINS, 5))) + more
 
 
-def looked_at(run: Run[Any], settings: AvoidanceSettings, horizon_s: float) -> Looked:
+def look_at_flight(run: Run[Any], settings: AvoidanceSettings, horizon_s: float) -> Looked:
     """Every decision of a flight of clearway's; horizon_s: how long the way through the grid takes.
 
     A cell is good where nothing solid stands in it and no intruder comes through; a passage and a
@@ -77,9 +80,9 @@ def _look(
 ) -> None:
     evidence, reach_set = decision.cells.evidence, decision.prepared.reach_set
     passed, passages = decision.reach.passed, known.of(reach_set)
-    free = ~obstructed_cells(decision, world, around, horizon_s)[passed]
+    free = ~find_obstructed_cells(decision, world, around, horizon_s)[passed]
     clear = distances_m(decision, world, around) >= settings.safety_margin_m
-    entered, good, kept = passages.flown(clear)
+    entered, good, kept = passages.judge_flown(clear)
     through, good = passages.cell[entered], good[entered]
     ends = reach_set.trajectories
     taken = ends == decision.choice.node

@@ -100,7 +100,7 @@ def starts_of(tracks: Iterable[Track]) -> Starts:
     return Starts(tuple(level), tuple(height))
 
 
-def judged_by_halves(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
+def judge_by_halves(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
     """What came of predictions by factors that the other half of the aircraft began with."""
     halves = tracks[::2], tracks[1::2]
     found: dict[Key, list[Covered]] = defaultdict(list)

@@ -56,7 +56,7 @@ def true_passages(run: Run[Any]) -> tuple[TruePassage, ...]:
     )
 
 
-def obstructed_cells(
+def find_obstructed_cells(
     decision: Decision, world: World, passages: tuple[TruePassage, ...], horizon_s: float
 ) -> BoolArray:
     """[cells] true where something solid stands, or an intruder's body passes within the horizon.
@@ -78,7 +78,7 @@ def obstructed_cells(
         inside[near] = (distance_m <= 0.0) | touched
     hit = inside
     for passage in passages:
-        hit |= _passed(frame, places_m, passage, decision.state.time_s, horizon_s)
+        hit |= _passes_over(frame, places_m, passage, decision.state.time_s, horizon_s)
     return np.asarray(np.logical_or.reduceat(hit, nodes.first[:-1]))
 
 
@@ -93,7 +93,7 @@ def _nearest_surface(world: World, points_m: FloatArray) -> tuple[FloatArray, Fl
     return points - distance[:, None] * slope, distance
 
 
-def _passed(
+def _passes_over(
     frame: GridFrame, node_m: FloatArray, passage: TruePassage, now_s: float, horizon_s: float
 ) -> BoolArray:
     """[nodes] whether the body comes over them."""
