@@ -15,7 +15,7 @@ from clearway.studies.campaigns.engines import Engine, make_process_engine
 from clearway.studies.campaigns.task import Task, fly_task
 
 REAL_TIME, SCALING = {"strict": 300.0, "off": 1200.0}, 1.9
-"""Bars, the first by what is asked of ways out."""
+"""Bars, the first by what is asked of escapes."""
 WARM_UP = 6
 """Flights after which all workers are under way."""
 

@@ -37,7 +37,7 @@ def static_mission(
     beams_per_cell: tuple[int, int] | None = None,
     escape: str = "strict",
 ) -> FlightSetup:
-    """Section 6.4, with another rating, scanner or way out if so wished."""
+    """Section 6.4, with another rating, scanner or escape if so wished."""
     file = read_mission_file(MISSION).with_values("rating", name=rating)
     file = file.with_values("safety", escape=escape)
     if beams_per_cell is not None:

@@ -71,7 +71,7 @@ def pairs() -> dict[str, tuple[Run, Run]]:
             lambda: node_ratings(tree, rating),
         ),
         "a decision, to plain Python": (_decision("off"), lambda: plain_python(PYTHON_STEPS)),
-        "a decision with a way out, to plain Python": (
+        "a decision with an escape, to plain Python": (
             _decision("strict"),
             lambda: plain_python(PYTHON_STEPS),
         ),

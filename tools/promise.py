@@ -120,7 +120,7 @@ def tell(rows: list[Row]) -> None:
             words.append(
                 f"{what.replace('_', ' ')} {count} (to {wilson(count, len(judged))[1]:.0%})"
             )
-        words.append(f"decisions without a way out {sum(row['without'] for row in judged)}")
+        words.append(f"decisions without an escape {sum(row['without'] for row in judged)}")
         if kind == "dead ends":
             free = [row for row in judged if row["free"]]
             arrived = sum(row["reached"] for row in free)

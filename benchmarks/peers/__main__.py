@@ -195,7 +195,7 @@ def _table(detected_at_m: float, count: int, lines: Sequence[Line]) -> str:
     rows = [
         f"\nDetected at {detected_at_m:g}: {flown} of {count} level encounters can be avoided\n",
         "| planner | kept 1.2 | 95 % (Wilson) | lost, of straight flight's | nearest | median "
-        "| aside |",
+        "| lateral |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     without = next(line for line in lines if line.planner == "straight")

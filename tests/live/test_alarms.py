@@ -79,11 +79,11 @@ def test_a_copter_that_does_not_leave_its_start_says_so(tmp_path: Path) -> None:
     done = clearway("fly", file, "--no-plots", "--no-mcap", "--json", cwd=tmp_path)
     assert done.returncode == 1
     assert "it may stay where it starts, start_free_m = 0." in done.stderr
-    assert "ALARM: it has not left its start for 24 s, 20 m from goal 1" in done.stderr
+    assert "ALARM: the vehicle has not left its start for 24 s, 20 m from goal 1" in done.stderr
     told = json.loads(done.stdout)
     assert [one["kind"] for one in told["alarms"]] == [AlarmKind.STAYS]
     assert told["guarantee"] is False
-    assert "it has not left its start" in told["reason"]
+    assert "the vehicle has not left its start" in told["reason"]
     rows = (tmp_path / "clearway-out" / "stays" / "decisions.jsonl").read_text().splitlines()
     assert json.loads(rows[-1])["alarms"]
     assert "alarms" not in json.loads(rows[0])

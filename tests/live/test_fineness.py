@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from clearway.live.preflight.fineness import (
     too_coarse,
     turning_distance_m,
     what_beams_hold,
+    what_limits_speed,
 )
 from clearway.missions.setup import prepare
 from clearway.missions.world_file import read_mission
@@ -49,6 +51,35 @@ def test_no_lidar_that_looks_so_far_is_refused_too() -> None:
         reason = too_coarse(planner(smallest_object_m=1.0), lidars)
         assert reason is not None
         assert "no LiDAR looks as far" in reason
+
+
+COPTER = """
+[mission]
+name = "coarse"
+waypoints_m = [[20, 0, 0]]
+[vehicle]
+kind = "multirotor"
+speed_mps = 8
+acceleration_mps2 = 4
+[safety]
+smallest_object_m = 0.2
+[[lidar]]
+field_deg = [360, 30]
+spacing_deg = SPACING
+max_range_m = 40
+"""
+
+
+def test_beams_too_coarse_for_the_speed_are_reported(tmp_path: Path) -> None:
+    """At 2 degrees 0.2 m can hide beyond 4 m; stopping from 8 m/s takes more than twice as much."""
+    found = {}
+    for spacing in ("2", "0.5"):
+        (tmp_path / "coarse.toml").write_text(COPTER.replace("SPACING", spacing))
+        notes = prepare(read_mission(tmp_path / "coarse.toml")).notes
+        found[spacing] = [note for note in notes if "beams show no free space beyond" in note]
+    assert [len(notes) for notes in found.values()] == [1, 0]
+    assert "beyond 4.04 m" in found["2"][0]
+    assert what_limits_speed(planner(smallest_object_m=0.001), [LIDAR]) is None  # It cannot stop.
 
 
 def test_where_nothing_is_declared_the_log_says_what_beams_hold() -> None:

@@ -43,7 +43,9 @@ def test_a_plane_of_5_mps_with_nothing_else_stated_flies_a_square(tmp_path):
     told = json.loads(done.stdout)
     assert (done.returncode, told["waypoints_reached"], told["guarantee"]) == (0, 4, True)
     assert told["path_length_m"] <= 1.1 * 600.0
-    line = next(one for one in done.stderr.splitlines() if one.startswith("note: left out, so set"))
+    line = next(
+        one for one in done.stderr.splitlines() if one.startswith("note: not in the mission")
+    )
     assert line in told["notes"]
     for key, value in CHOSEN.items():
         assert f"{key} = {value:g}" in line

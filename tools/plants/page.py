@@ -38,7 +38,7 @@ def predicted(files: Sequence[Path]) -> list[str]:
 def shown(missions: Sequence[Shown]) -> list[str]:
     """The missions in the examples."""
     rows = [
-        "| mission | arrived | nearest, of the margin | time | decisions without a way out | "
+        "| mission | arrived | nearest, of the margin | time | decisions without an escape | "
         "within the tube | real-time factor |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
@@ -57,7 +57,7 @@ def flown(flights: Sequence[Flown]) -> list[str]:
     """Random worlds, a row for each plant and what goes wrong."""
     rows = [
         "| plant | worlds | n | arrived | body touched | margin lost | "
-        "decisions without a way out | own states within the tube | real-time factor |",
+        "decisions without an escape | own states within the tube | real-time factor |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for scale in SCALES:

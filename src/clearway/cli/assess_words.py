@@ -10,6 +10,9 @@ import numpy as np
 from clearway.avoidance.scene import SceneAssessment
 from clearway.missions.recorded_scan import beams_in_words
 
+_REASONS = {"outside": "of them outside of the grid"}
+"""What became of returns, where the word of the result needs more."""
+
 
 def describe_assessment(assessment: SceneAssessment) -> str:
     """A page of text."""
@@ -39,8 +42,9 @@ def describe_assessment(assessment: SceneAssessment) -> str:
         ),
         (
             "rating",
-            f"{scene.rating.rating}: {passable} of {len(rated)} trajectories and {reachable} of "
-            f"{np.count_nonzero(reach.passed)} cells with one reach {scene.rating.threshold:g}",
+            f"{scene.rating.rating}, passable from {scene.rating.threshold:g} on: {passable} of "
+            f"{len(rated)} trajectories, {reachable} of {np.count_nonzero(reach.passed)} cells "
+            "that trajectories reach",
         ),
     ]
     return "\n".join(f"{name:<12}{text}" for name, text in lines)
@@ -52,7 +56,7 @@ def _start(assessment: SceneAssessment) -> str:
     if scene.reach.kind == "multirotor":
         return f"flown at {scene.now_mps:g} m/s"
     pitch_deg = np.degrees(assessment.reach_set.start_pitch_rad)
-    return f"start pitch {pitch_deg:.3g} deg (nose down)"
+    return f"start pitch {pitch_deg:.3g} deg (positive nose down)"
 
 
 def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
@@ -62,7 +66,9 @@ def _sighting_lines(assessment: SceneAssessment) -> list[tuple[str, str]]:
     for sighting, detection in zip(assessment.scene.sightings, assessment.detections, strict=True):
         pattern, source = sighting.lidar.pattern.name, sighting.pattern_from
         beams = beams_in_words(source, pattern)
-        counts = ", ".join(f"{n} {reason}" for reason, n in detection.counts.items() if n)
+        counts = ", ".join(
+            f"{n} {_REASONS.get(why, why)}" for why, n in detection.counts.items() if n
+        )
         lines += [
             ("scan", f"{len(sighting.scan.points_m)} points: {counts or 'none'}"),
             (

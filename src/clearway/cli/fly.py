@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +14,8 @@ from clearway.cli.progress import progress_bar
 from clearway.cli.report import NOT_REACHED, folder_of_file, leave, print_json, print_words, say
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from clearway.live.mission import Progress as MissionProgress
     from clearway.missions.mission_file import MissionFile
     from clearway.missions.setup import FlightSetup
@@ -242,15 +244,21 @@ def _in_words(run: Run[Steering]) -> str:
         lines.insert(2, f"CRASHED            at {run.crashed_s:.2f} s")
     elif not run.reached:
         lines.insert(2, f"why not            {run.summary()['reason']}")
-    lines += [
-        f"ALARM              from {alarm['time_s']:.1f} s on: {alarm['why']}"
-        for alarm in run.summary()["alarms"]
-    ]
+    lines += _alarms_in_words(run.summary()["alarms"])
     if run.counts:
-        lines.append(
-            "data left out      " + ", ".join(f"{n} {why}" for why, n in run.counts.items())
-        )
+        told = ", ".join(f"{why} ({n})" for why, n in run.counts.items())
+        lines.append(f"data left out      {told}")
     return "\n".join(lines)
+
+
+def _alarms_in_words(alarms: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A line for each kind of alarm: when first and why, and how often again."""
+    lines = []
+    for kind in dict.fromkeys(alarm["kind"] for alarm in alarms):
+        first, *later = [alarm for alarm in alarms if alarm["kind"] == kind]
+        again = f"; again {len(later)} times, last at {later[-1]['time_s']:.1f} s" if later else ""
+        lines.append(f"ALARM              at {first['time_s']:.1f} s: {first['why']}{again}")
+    return lines
 
 
 def _ways_out_in_words(run: Run[Steering]) -> str:

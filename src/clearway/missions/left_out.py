@@ -34,4 +34,4 @@ def describe_left_out(
     told = [f"{key} = {value:g}" for key, value in left_out.items() if value != usual[key]]
     if not told or scale is None:
         return None
-    return f"note: left out, so set for {scale.why}: {', '.join(told)}"
+    return f"note: not in the mission, so chosen for {scale.why}: {', '.join(told)}"

@@ -96,9 +96,10 @@ def _why_nothing_is_planned(scans: list[dict[str, Any]], vehicle: Mapping[str, A
             "or a shorter --range needs less space"
         ]
     return [
-        f"why         nothing keeps {scans[0]['margin_m']:.2f} m: what counts is as near as "
-        f"{min(near):.2f} m. Beside walls or on a bench that is so; --airframe-radius leaves out "
-        "what flies along; --vehicle, --speed and safety_margin_m of a scene are the vehicle's"
+        f"why         nothing keeps the margin of {scans[0]['margin_m']:.2f} m: the nearest return "
+        f"is {min(near):.2f} m away, as beside a wall or on a bench. If it is the own airframe, "
+        "type --airframe-radius; if your vehicle needs less, --vehicle, --speed, or a scene with "
+        "safety_margin_m"
     ]
 
 

@@ -17,7 +17,7 @@ from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mission
 from clearway.live.preflight.doubts import over_level, over_reach, over_span
 from clearway.live.preflight.escape_plan import EscapePlan, escape_plan
-from clearway.live.preflight.fineness import too_coarse, what_beams_hold
+from clearway.live.preflight.fineness import too_coarse, what_beams_hold, what_limits_speed
 from clearway.live.preflight.sight import expect_of_sight
 from clearway.live.preflight.tight_turns import over_turns
 from clearway.live.routing.route import check_mission
@@ -242,7 +242,8 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
     turning_radius_m = file.safety.conservative_turning_radius_m or automaton.turning_radius_m
     lies = (part.to_lie(grid) for part in file.lidar)
     sensors = mission_sensors(file.lidar, file.sensor, grid, file.mission.name)
-    held = what_beams_hold(planner, [one for one in sensors if isinstance(one, Lidar)])
+    lidars = [one for one in sensors if isinstance(one, Lidar)]
+    held, limits = what_beams_hold(planner, lidars), what_limits_speed(planner, lidars)
     sight = expect_of_sight(planner, sensors)
     return FlightSetup(
         planner=planner,
@@ -262,6 +263,7 @@ def prepare(file: MissionFile, notice: Notice | None = None) -> FlightSetup:
         + (recorded.notes if recorded is not None else ())
         + world.notes
         + (() if held is None else (held,))
+        + (() if limits is None else (limits,))
         + (() if sight is None else (sight,)),
         place=mission_place(file, maps, recorded),
         standing=world.standing,

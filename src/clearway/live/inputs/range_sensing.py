@@ -345,9 +345,9 @@ def _count_left_out(memory: PointMemory, held: int) -> Mapping[str, int]:
         return {}
     return +Counter(
         {
-            "memory: merged into coarser balls, for want of room": memory.merged,
-            "memory: out of reach and forgotten, for want of room": memory.dropped,
-            "memory: returns of less than smallest_object_m": memory.too_small,
+            "memory: full, so returns were merged into larger balls": memory.merged,
+            "memory: full, so returns out of reach were forgotten": memory.dropped,
+            "memory: returns of things smaller than smallest_object_m": memory.too_small,
             HELD_BACK: held,
         }
     )

@@ -154,8 +154,8 @@ class AlarmWatch:
         left_m = measure_length(facts.mission.goals_m[goal] - state.position_m)
         place = "one place" if self.left_start else "its start"
         why = (
-            f"it has not left {place} for {stayed_s:.0f} s, {left_m:.3g} m from goal {goal + 1} "
-            f"({facts.mode.mode}: {facts.mode.why})"
+            f"the vehicle has not left {place} for {stayed_s:.0f} s, {left_m:.3g} m from goal "
+            f"{goal + 1} ({facts.mode.mode}: {facts.mode.why})"
         )
         return Alarm(AlarmKind.STAYS, why, not self.left_start and self.in_empty_air)
 

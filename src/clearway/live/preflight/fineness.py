@@ -16,6 +16,8 @@ from clearway.sensors import Lidar
 from clearway.sensors.observed.view_shape import view_shape
 
 MILLIMETRES = 1e3
+SHORT_SIGHT = 0.5
+"""Of the distance to stop from the greatest speed: what shows less makes flights slow."""
 
 
 def thickness_held_m(planner: Planner, lidars: Sequence[Lidar]) -> float:
@@ -75,6 +77,22 @@ def what_beams_hold(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
         far_m = max(fine_to_m(lidar, smallest_m) for lidar in lidars)
         assumed = f"{smallest_m:g} m is assumed: beams show free space up to {far_m:.3g} m. "
     return f"{missed}{assumed}Set safety.smallest_object_m to have this checked"
+
+
+def what_limits_speed(planner: Planner, lidars: Sequence[Lidar]) -> str | None:
+    """What the log says where beams show far less free space than stopping takes; else None."""
+    smallest_m = smallest_object_m(planner)
+    if not (planner.automaton.has_inertia and smallest_m > 0.0 and lidars):
+        return None
+    far_m = max(fine_to_m(lidar, smallest_m) for lidar in lidars)
+    if far_m >= SHORT_SIGHT * planner.escape_reach_m:
+        return None
+    return (
+        f"note: beams show no free space beyond {far_m:.3g} m, since an object of {smallest_m:g} m "
+        f"can hide between them. Stopping from {planner.speed_mps:g} m/s takes more than twice as "
+        "much, so the vehicle will fly far slower, or stay. Use beams closer together, or a larger "
+        "safety.smallest_object_m if nothing thinner stands there"
+    )
 
 
 def fine_to_m(lidar: Lidar, smallest_m: float) -> float:

@@ -80,8 +80,8 @@ def _draw_intruders(
             )
         axes.annotate(
             name,
-            end,
-            xytext=(3, 3),
+            (float(track[0, 1]), float(track[0, 2])),
+            xytext=(4, -9),
             textcoords="offset points",
             color=INTRUDER,
             fontsize=8,

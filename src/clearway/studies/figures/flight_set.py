@@ -95,7 +95,7 @@ def flight_figures(
     snapshots = snapshot_decisions(run)
     for number, index in enumerate(snapshots, start=1):
         when = run.decisions[index].flight.time_s
-        title = f"{name}: approach {number} at {when:.1f} s"
+        title = f"{name}: passing obstacles, {number} of {len(snapshots)}, at {when:.1f} s"
         yield f"snapshot-{number}", _draw(run, index, title)
     detected = first_detection(run)
     if detected is not None:

@@ -71,8 +71,8 @@ def draw_risk_curves(studies: Sequence[dict[str, Any]]) -> Figure:
             axes.set_ylim(-SPARE * axes.get_ylim()[1], None)
             axes.grid(alpha=0.25)
         ranges.set_ylabel(f"risk ratio, {title}")
-        ranges.set_xlabel(f"heard within (km), {by_range[0]['surveillance']}")
-        detours.set_xlabel("farthest off the path, mean over all that enter (m)")
+        ranges.set_xlabel(f"detected within (km), {by_range[0]['surveillance']}")
+        detours.set_xlabel("lateral detour, mean over all that enter (m)")
     handles: dict[str, Any] = {}
     for axes in rows[0]:
         found, labels = axes.get_legend_handles_labels()
@@ -158,7 +158,7 @@ def draw_detour_curves(told: dict[str, Any]) -> Figure:
         top = max(1.25 * highest, 0.1)
         axes.set_ylim(-SPARE * top, top)
         axes.set_xlim(0.0, None)
-        axes.set_xlabel("farthest off the path, mean over all that enter (m)")
+        axes.set_xlabel("lateral detour, mean over all that enter (m)")
         axes.set_ylabel(f"risk ratio, {title}")
         axes.grid(alpha=0.25)
     figure.axes[0].legend(frameon=False)

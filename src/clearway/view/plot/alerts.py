@@ -26,7 +26,7 @@ def draw_alerts(history: AlertHistory) -> Figure:
     """One row of levels by intruder, then the three bands; empty bands where there is no alert."""
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True, height_ratios=(1.0, 1.6, 1.0, 1.0))
-    figure.suptitle(f"{history.own}: {history.volumes.about}")
+    figure.suptitle(f"Alerts for {history.own}, by {history.volumes.about}")
     _levels(axes[0], history)
     shown = [(second.time_s, second.bands) for second in history.seconds if second.bands]
     for row, (name, band, unit) in zip(

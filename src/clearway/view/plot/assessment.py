@@ -49,6 +49,11 @@ MOST_POINTS = 3000
 
 QuantityName = Literal["reachability", "obstacle", "visibility"]
 """What is drawn of an assessment."""
+TITLES = {
+    "reachability": "how well cells can be reached",
+    "obstacle": "obstacle probability",
+    "visibility": "how well cells are seen",
+}
 
 
 def draw_assessment(
@@ -102,7 +107,7 @@ def draw_assessment(
             assessed.reach,
             reach_set,
             points,
-            title or f"{name}: {quantity}",
+            title or f"{name}: {TITLES[quantity]}",
             quantity,
         )
     )
@@ -120,7 +125,7 @@ def assessment_figures(
     points_m: hit points [n, 3] in the grid's frame.
     """
     return {
-        name: _figure(cells, reach, reach_set, points_m, f"{title}: {name}", name)
+        name: _figure(cells, reach, reach_set, points_m, f"{title}: {TITLES[name]}", name)
         for name in get_args(QuantityName)
     }
 

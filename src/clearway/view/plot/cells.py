@@ -144,7 +144,8 @@ def draw_cells(
         ScalarMappable(quantity.scale, quantity.colors), ax=panels, shrink=0.8, pad=0.02
     )
     bar.set_label(quantity.label)
-    _draw_legend(target, quantity, len(points_m) > 0, view)
+    spare = panels[len(rows)] if len(panels) > len(rows) else None
+    _draw_legend(target, spare, quantity, len(points_m) > 0, view)
 
 
 def cell_wedges(grid: AvoidanceGrid) -> list[list[FloatArray]]:
@@ -270,7 +271,11 @@ def _label(panels: Sequence[Axes], rows: int, across: int, view: CellView) -> No
 
 
 def _draw_legend(
-    target: Figure | SubFigure, quantity: Quantity, with_points: bool, view: CellView
+    target: Figure | SubFigure,
+    spare: Axes | None,
+    quantity: Quantity,
+    with_points: bool,
+    view: CellView,
 ) -> None:
     handles: list[Patch | Line2D] = [
         Line2D([], [], color=line.color, linestyle=line.style, marker=line.start, label=line.label)
@@ -292,5 +297,10 @@ def _draw_legend(
         handles.append(
             Line2D([], [], marker=".", linestyle="", color=POINT_COLOR, label="hit point")
         )
-    if handles:
+    if handles and spare is not None:
+        # The panel that no row needs.
+        spare.set_visible(True)
+        spare.axis("off")
+        spare.legend(handles=handles, loc="center", frameon=False)
+    elif handles:
         target.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)

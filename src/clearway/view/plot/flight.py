@@ -231,9 +231,13 @@ def _draw_plane(
     for number, line in enumerate(outline):
         label = "field of view" if number == 0 else None
         axes.plot(line[:, a], line[:, b], "--", color="black", linewidth=0.7, label=label)
-    goals = run.mission.waypoints_m
-    axes.plot(goals[:, a], goals[:, b], "s", color=WAYPOINT, markersize=7, label="waypoints")
-    for place, label in _labels(goals[:, [a, b]]).items():
+    goals = run.mission.waypoints_m[:, [a, b]]
+    (low_a, high_a), (low_b, high_b) = axes.get_xlim(), axes.get_ylim()
+    shown = np.all((goals >= (low_a, low_b)) & (goals <= (high_a, high_b)), axis=1)
+    if shown.any():
+        marks = {"color": WAYPOINT, "markersize": 7, "label": "waypoints", "clip_on": False}
+        axes.plot(*goals[shown].T, "s", **marks)
+    for place, label in _labels(goals).items():
         axes.annotate(
             label,
             (place[0], place[1]),
