@@ -42,15 +42,13 @@ HEAD = """\
 # Mission and scene files
 
 `clearway fly` takes a [mission file](#mission-files) and `clearway assess` a
-[scene file](#scene-files). Both are TOML. Lengths are metres, times seconds, and the unit stands in
-the key: angles are degrees in files and radians everywhere else. x points forward or east, y left
-or north, z up; roll, pitch and yaw are in that order, **pitch positive nose down**, yaw positive
-left.
+[scene file](#scene-files). Both are TOML, with the unit in the key: metres, seconds, degrees. The axis
+x points forward or east, y left or north, z up. Roll, pitch and yaw are in that order, **pitch
+positive nose down**, yaw positive left.
 
-Only what differs from the defaults has to be written. Unknown keys, wrong types and impossible
+Only keys that differ from the defaults have to be written. Unknown keys, wrong types and impossible
 values are refused, all of them at once, with the place and the valid choices. Every run writes the
-effective file, defaults filled in, into its output folder; that file repeats the run. It
-begins with `schema_version`, of the form that this version writes; later ones are refused.
+effective file, defaults filled in, into its output folder; that file repeats the run.
 """
 
 MISSIONS = """
@@ -74,17 +72,15 @@ position_m = [10, 0, 0]
 radius_m = 2
 ```
 
-[examples/missions](../examples/missions) holds flights through real places: round a tree and
-between two roofs at the scale above, under a power line at 5 m/s with 50 m of range, over streets
-of Delft, and past the towers of Cologne. Flight plans of ground stations are flown too: see
-[maps.md](maps.md#flight-plans).
+[examples/missions](../examples/missions) holds flights through real places. Flight plans of ground
+stations are flown too: see [maps.md](maps.md#flight-plans).
 """
 
 SCENES = """
 ## Scene files
 
-A scene is one moment: what is rated are the cells of the grid and the trajectories through them.
-`clearway assess --scan FILE` needs no scene file; options take the place of keys.
+A scene is one moment: the cells of the grid, and the trajectories through them, are rated. With a scan
+of your own, `clearway assess --scan FILE` needs no scene file.
 [examples/scenes](../examples/scenes) holds some to start from.
 
 ```toml
@@ -101,17 +97,21 @@ obstacles = [0]
 NAMES = """
 ## Names
 
-What has a name in files and on the command line. Where a key says so, your own takes its place as
+These names count in files and on the command line. Where a key says so, your own takes its place as
 `module:name` or `file.py:name`: a module beside the file that names it, in the current folder, or
-installed. [examples](../examples) has a planner, a rating, a sensor and a rule of one's own.
+installed. The folder [examples](../examples) has a planner, a rating, a sensor and a rule of one's
+own.
 
 **Reading a file that names one runs its code**: open missions of others as you would their
 programs.
 
-Of a cell, P_OD is the probability that an obstacle was detected in it, P_OM that one of the map
-stands in it, P_OI that an intruder is met in it, P_O that any of these is so, and P_V how far it
-was looked into; base is the share of it that the map fills, and u the key `unknown`. P_R is the
-rating of a trajectory. Numbers in brackets are [equations](equations.md) of the paper.
+| symbol | of a cell |
+| --- | --- |
+| P_OD, P_OM, P_OI | probability that an obstacle was detected, that one of the map stands, that an intruder is met in it |
+| P_O, P_V | probability that any of these is so; how far the cell was looked into |
+| base, u | the share that the map fills; the key `unknown` |
+
+P_R is the rating of a trajectory. Numbers in brackets are [equations](equations.md) of the paper.
 """
 METRICS_HEAD = """
 ## The summary of a flight

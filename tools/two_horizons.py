@@ -192,8 +192,8 @@ def table(rows: list[dict[str, Any]], name: str) -> str:
         f"{100 * low:.1f} to {100 * high:.1f} % |",
         "",
         f"Nearest to a tree: {min(clear):.1f} to {max(clear):.1f} m; to the aircraft: "
-        f"{min(apart):.0f} to {max(apart):.0f} m. Time of a core that is added to a decision "
-        f"with an aircraft about: {_spread(added)}. {over} took more than {UP_TO_MS:g} ms more, "
+        f"{min(apart):.0f} to {max(apart):.0f} m. Time added to a decision with an aircraft about: "
+        f"{_spread(added)}. Over all flights {over} took more than {UP_TO_MS:g} ms more, "
         f"{less} as much less: {collected} of these {over + less} while Python collected all its "
         f"garbage. Of the {over}, taken {AGAIN} times again at once, {still or 'none'} took so "
         f"much more each time. That of alerts and bands, which any "

@@ -319,7 +319,7 @@ def test_bad_plans_name_the_item(tmp_path, items, cause):
     ("text", "cause"),
     [
         ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16 0 0 0 0 47\n", "line 3: 9 of 12"),
-        ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 x 1\n", "line 2: could not convert"),
+        ("QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 x 1\n", "line 2: 'x' is no number"),
         (
             "QGC WPL 110\n0 1 0 16 0 0 0 0 47 8 400 1\n1 0 3 16.5 0 0 0 0 47 8 30 1\n",
             "command 16.5",

@@ -130,7 +130,7 @@ def test_places_beside_a_path_and_polygons_are_counted(tmp_path):
         (PATH + PATH, "", "2 paths ('p', 'p'); valid: one"),
         (PATH.replace("relativeToGround", "clampToGround"), "", "no height to fly at; valid: abs"),
         (PATH.replace("relativeToGround", "absolute"), "", "origin_geodetic in a mission"),
-        (PATH.replace("8,50,30", "eight,50,30"), "", "place 0: could not convert"),
+        (PATH.replace("8,50,30", "eight,50,30"), "", "place 0: 'eight' is no number"),
         ("", "", "no waypoint in it"),
         (PATH, "<!DOCTYPE kml [<!ENTITY a 'b'>]>", "declares an entity ('a')"),
     ],

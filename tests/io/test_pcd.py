@@ -80,7 +80,7 @@ def test_pcd_with_fields_of_several_values_between_the_axes(tmp_path: Path) -> N
         ("DATA ascii", "DATA zip", "header DATA 'zip'; valid: ascii, binary, binary_compressed"),
         ("WIDTH 3", "WIDTH 4", "WIDTH 4 x HEIGHT 1 is 4, but POINTS 3"),
         ("POINTS 3", "POINTS 4e0", "header POINTS '4e0' is no whole number"),
-        ("10 -2 1.5", "10 two 1.5", "line 14: could not convert string to float: 'two'"),
+        ("10 -2 1.5", "10 two 1.5", "line 14: 'two' is no number"),
         ("-4.5 0.25 0\n", "-4.5 0.25\n", "line 13: 2 of 3 values"),
         ("10 -2 1.5\n", "10 -2", "truncated: line 14 has 2 of 3 values"),
         ("ascii", "binary", "truncated: the header promises 3 points, the data hold 2"),

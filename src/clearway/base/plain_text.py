@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from collections.abc import Sequence
 
@@ -12,6 +13,10 @@ MOST_LINES = 200
 """
 LONGEST_SOURCE = 200
 """Of which a name of a file may take; of a longer one the end, which tells more."""
+LONGEST_WORD = 80
+"""Of a problem; of a longer one the beginning tells enough."""
+NO_NUMBER = re.compile(r"could not convert string to float: (.*)", re.DOTALL)
+"""How Python puts it."""
 HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Categories of characters that move the cursor, turn the writing round, or are half of one."""
 
@@ -66,7 +71,7 @@ def shorten_problems(source: str, problems: Sequence[str]) -> str:
     """
     if len(source) > LONGEST_SOURCE:
         source = "..." + source[3 - LONGEST_SOURCE :]
-    lines = [f"{source}: {make_printable(problem)}" for problem in problems[:LONGEST_MESSAGE]]
+    lines = [f"{source}: {_in_plain_words(problem)}" for problem in problems[:LONGEST_MESSAGE]]
     if len(problems) <= LONGEST_MESSAGE and len(whole := "\n".join(lines)) <= LONGEST_MESSAGE:
         return whole
     room = LONGEST_MESSAGE - len(f"\n{source}: and {len(problems)} more")
@@ -79,3 +84,11 @@ def shorten_problems(source: str, problems: Sequence[str]) -> str:
     if left:
         return "\n".join([shorten(told[0], room), *told[1:], f"{source}: and {left} more"])
     return shorten(told[0], LONGEST_MESSAGE)
+
+
+def _in_plain_words(problem: str) -> str:
+    """A problem with short words, without control characters."""
+    said = NO_NUMBER.sub(r"\1 is no number", make_printable(problem))
+    return re.sub(
+        rf"\S{{{LONGEST_WORD + 1},}}", lambda long: f"{long[0][: LONGEST_WORD // 2]}...", said
+    )

@@ -146,7 +146,9 @@ def notice_escape(
     """Say which escape mode flies, and what to type where level distances promise nothing."""
     notice(str(escape))
     if sensor is not None and escape.flown == Escape.KNOWN and are_level((sensor,)):
-        notice(f"where each sector tells the nearest of a vertical opening, state it: {how}")
+        notice(
+            f"if each sector reports the nearest distance in a vertical opening, state it: {how}"
+        )
 
 
 def warn(options: SessionOptions, key: bytes | None, notice: Notice) -> None:

@@ -13,7 +13,7 @@ from clearway.sim.faults import Faults
 
 
 class FaultsSection(Section):
-    """`[faults]`: what goes wrong, and the vehicle does not know of."""
+    """`[faults]`: faults that the vehicle does not know of."""
 
     range_bias_m: float = 0.0
     """Added to every range of every LiDAR: above 0, things seem farther than they are."""

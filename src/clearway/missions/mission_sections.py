@@ -238,7 +238,7 @@ class ReachSetSection(Section):
 
 
 class SafetySection(Section):
-    """`[safety]`: what to keep clear by."""
+    """`[safety]`: distances to keep, and escapes."""
 
     margin_m: Positive = MARGIN_M
     """From the vehicle's centre to any obstacle's surface; but where `off` is flown,
@@ -375,7 +375,7 @@ class PricesSection(Section):
 
 
 class SimulationSection(Section):
-    """`[simulation]`: what truth is like."""
+    """`[simulation]`: how the simulated world behaves."""
 
     seed: int = Field(default=0, ge=0)
     """Of all noise; the same seed flies the same flight."""

@@ -25,7 +25,7 @@ from clearway.missions.sections import ObstacleSection
 
 
 class RulesSection(Section):
-    """`[rules]`: what decisions obey as long as something that obeys keeps the margin."""
+    """`[rules]`: rules of flight, obeyed while something that obeys keeps the margin."""
 
     terrain_m: Annotated[float, Field(ge=0.0)] | None = None
     """Least height above the ground; needs a terrain raster among the files of `[map]`."""

@@ -41,7 +41,7 @@ TimedRuleName = Annotated[str, OneOf(TIMED_RULES)]
 
 
 class SceneVehicleSection(Section):
-    """`[vehicle]`: what it is, and its pose in the world, where the grid is too."""
+    """`[vehicle]`: the vehicle, and its pose in the world, where the grid is too."""
 
     kind: VehicleKind | None = None
     """A plane keeps its speed and cannot hover; a multirotor accelerates and brakes; an inertialess
@@ -93,7 +93,7 @@ class SimulateSection(Section):
 
 
 class ScanSection(Section):
-    """`[scan]`: what the LiDAR returned, from a file or simulated."""
+    """`[scan]`: returns of the LiDAR, from a file or simulated."""
 
     file: str | None = None
     """Point cloud, folder of numbered ones, bag, or Ouster recording in the sensor's frame;

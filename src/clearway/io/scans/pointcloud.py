@@ -114,7 +114,7 @@ def _check_extent(cloud: PointCloud) -> None:
     if widest <= limit:
         return
     kind = "an aerial tile" if cloud.survey else "a scan"
-    across = " x ".join(f"{length:,.0f}" for length in extent)
+    across = " x ".join(f"{length:,.0f}" if length < 1e9 else f"{length:.3g}" for length in extent)
     raise InputError(
         cloud.source,
         f"points extend {across} m (x, y, z) if the file is in {cloud.unit}: more than {kind} can "
