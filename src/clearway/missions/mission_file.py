@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from clearway.avoidance.plan.costs import Prices
 from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.brief import in_brief, one_line
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.base.suggest import did_you_mean, file_nearby
@@ -267,6 +267,8 @@ class MissionFile(Section):
         InputError
             Naming every unknown table or key and every wrong value, with what is valid.
         """
+        if not isinstance(section, str):
+            raise ClearwayError(f"section: the name of a table is needed, got {section!r}")
         given = {key: _plain(value) for key, value in values.items()}
         tables: dict[str, object] = {name: getattr(self, name) for name in self.model_fields_set}
         part = getattr(self, section, None) if section in type(self).model_fields else None
