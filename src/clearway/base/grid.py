@@ -286,7 +286,7 @@ def _span(
 ) -> tuple[float, float]:
     """First and last edge; raises ClearwayError for what is neither a number nor two."""
     both = end_or_both if isinstance(end_or_both, tuple) else (end_or_both,)
-    if len(both) > 2 or not all(map(is_number, both)):
+    if len(both) not in (1, 2) or not all(map(is_number, both)):
         raise ClearwayError(f"grid {name}: a number or two are needed, got {end_or_both!r}")
     return (0.0 if from_zero else -both[0], both[0]) if len(both) == 1 else (both[0], both[1])
 

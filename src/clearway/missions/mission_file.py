@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -314,7 +315,7 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
         with resources.as_file(built_in[name_or_path]) as path:
             return read_model(path, MissionFile)
     path = Path(name_or_path)
-    if not path.exists() and path.suffix not in (".toml", *PLANS):
+    if not os.path.exists(path) and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
         near = did_you_mean(name_or_path, [*built_in, *WORLD_FAMILIES]) or file_nearby(path)
         problem = f"no such mission or file{near}; missions by name: {names}; made-up worlds: "

@@ -25,7 +25,7 @@ from clearway.avoidance.plan.time_cost import time_flown_m, time_to_go_m
 from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import one_line
-from clearway.base.checks import kind_of
+from clearway.base.checks import LARGEST, kind_of, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -329,6 +329,8 @@ class Planner:
         PreparedReachSet
             With its costs, in the grid frame.
         """
+        if problem := number_problem("pitch_rad", pitch_rad, -LARGEST):
+            raise ClearwayError(problem)
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
         )[1]
