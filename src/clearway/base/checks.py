@@ -43,7 +43,7 @@ def is_number(value: Any) -> bool:
 def number_problem(name: str, value: Any, low: float = 0.0, high: float = LARGEST) -> str | None:
     """What keeps a value from being a number within [low, high]; NaN is within nothing."""
     try:
-        if low <= value <= high and (type(value) is float or is_number(value)):
+        if low <= value <= high and (isinstance(value, float) or is_number(value)):
             return None
     except (TypeError, ValueError, OverflowError):
         pass
