@@ -26,6 +26,7 @@ from clearway.avoidance.plan.rated import Rated
 from clearway.avoidance.plan.situation import Situation, goal_of
 from clearway.avoidance.rate.fusion import assess_cells
 from clearway.avoidance.rate.reach_rating import rate_reach_set
+from clearway.base.checks import kind_of
 from clearway.base.errors import ClearwayError
 
 MANOEUVRE_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
@@ -69,6 +70,10 @@ def decide(
     >>> bool(decision.choice.clearance_m >= decision.margin_m)
     True
     """
+    kind_of("decide: planner", planner, Planner)
+    kind_of("decide: situation", situation, Situation)
+    if commitment is not None:
+        kind_of("decide: commitment", commitment, Commitment)
     _check_grids(planner, situation)
     before, settings = commitment or Commitment(), planner.settings
     # What can be flown from here, where to, and what stands and moves around.

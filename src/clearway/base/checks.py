@@ -6,7 +6,7 @@ number would be kept by every trajectory.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import fields
 from functools import cache
 from typing import Any, TypeGuard, TypeVar
@@ -29,12 +29,23 @@ SHOWN = 60
 """Characters of a refused value that a message repeats."""
 
 
+def is_number(value: Any) -> bool:
+    """Whether a value is one real number that a float can hold; NaN and infinity are."""
+    if not isinstance(value, (int, float, np.number, np.ndarray)) or np.ndim(value):
+        return False
+    try:
+        float(value)
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return not np.iscomplexobj(value)
+
+
 def number_problem(name: str, value: Any, low: float = 0.0, high: float = LARGEST) -> str | None:
     """What keeps a value from being a number within [low, high]; NaN is within nothing."""
     try:
-        if low <= value <= high and not isinstance(value, complex):
+        if low <= value <= high and (isinstance(value, float) or is_number(value)):
             return None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pass
     return f"{name}: must be a number from {low:g} to {high:g}, got {_show(value)}"
 
@@ -72,6 +83,29 @@ def vector_problem(name: str, values: Any, length: int, largest: float = LARGEST
         pass
     finite = f"{length} finite numbers, at most {largest:g}, are needed"
     return f"{name}: {finite}, got {_show(values)}"
+
+
+def choice_problem(name: str, value: Any, choices: Collection[str]) -> str | None:
+    """What keeps a value from being one of the choices."""
+    if isinstance(value, str) and value in choices:
+        return None
+    return f"{name}: {_show(value)} is none of {', '.join(choices)}"
+
+
+def shape_of(values: Any) -> tuple[int, ...]:
+    """The shape of an array or of nested sequences; of ragged ones that of the outermost."""
+    try:
+        return np.shape(values)
+    except ValueError:
+        return (len(values),)
+
+
+def check_floats(name: str, values: Any) -> FloatArray:
+    """Numbers of any shape as float64; raises ClearwayError for what are none."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as cause:
+        raise ClearwayError(f"{name}: numbers are needed, got {_show(values)}") from cause
 
 
 def span_problem(name: str, values: Any) -> str | None:
@@ -119,7 +153,7 @@ def check_points(name: str, values: Any) -> FloatArray:
         return np.array(values)
     try:
         points = np.array(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
-    except (TypeError, ValueError) as cause:
+    except (TypeError, ValueError, OverflowError) as cause:
         raise ClearwayError(f"{name}: places [n, 3] are needed, got {_show(values)}") from cause
     if not points.size and points.shape in ((0,), (0, 3)):
         return np.zeros((0, 3))
@@ -164,7 +198,7 @@ def collect_problems(problems: Iterable[str | None]) -> list[str]:
 
 def positive(name: str, value: float) -> float:
     """The value; raises ClearwayError for what is no finite number above 0."""
-    if not (isinstance(value, (int, float, np.number)) and 0.0 < value < np.inf):
+    if not (is_number(value) and 0.0 < value < np.inf):
         raise ClearwayError(f"{name}: must be a finite number above 0, got {_show(value)}")
     return value
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief, one_line
+from clearway.base.checks import check_floats, is_number, number_problem, shape_of
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
@@ -25,6 +26,10 @@ BORDER_TOLERANCE = 1e-9
 """Within it an angle belongs to the cell nearer the axis (rad)."""
 RANGE_TOLERANCE = 1e-10
 """Share of the range within which a radius belongs to the nearer layer: 1e-9 m of 10 m."""
+
+
+MOST_IN_A_ROW = 100_000
+"""Cells along an axis: more is a slip of the keys, and takes all memory."""
 
 
 class GridEdges(NamedTuple):
@@ -70,7 +75,7 @@ class AvoidanceGrid:
             "elevation_edges_rad": (-np.pi / 2, np.pi / 2),
         }
         for name, (low, high) in limits.items():
-            edges = np.array(getattr(self, name), dtype=np.float64)
+            edges = np.array(check_floats(f"grid {name}", getattr(self, name)))
             _check_edges(name, edges, low, high)
             edges.setflags(write=False)
             object.__setattr__(self, name, edges)
@@ -114,8 +119,11 @@ class AvoidanceGrid:
             For edges that are no numbers or leave their interval, and for no cells.
         """
         for name, count in (("layers", layers), ("columns", columns), ("rows", rows)):
-            if not isinstance(count, int | np.integer) or count < 1:
-                raise ClearwayError(f"grid {name}: a whole number from 1 is needed, got {count!r}")
+            if not isinstance(count, int | np.integer) or not 1 <= count <= MOST_IN_A_ROW:
+                raise ClearwayError(
+                    f"grid {name}: a whole number from 1 to {MOST_IN_A_ROW:,} is needed, "
+                    f"got {count!r}"
+                )
         near, far = _span("range_m", range_m, from_zero=True)
         right, left = _span("azimuth_deg", azimuth_deg)
         bottom, top = _span("elevation_deg", elevation_deg)
@@ -210,7 +218,14 @@ class AvoidanceGrid:
         -------
         FloatArray
             [columns, rows] in square metres.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no finite radius from 0.
         """
+        if problem := number_problem("grid radius_m", radius_m):
+            raise ClearwayError(problem)
         return (
             radius_m**2
             * np.diff(self.azimuth_edges_rad)[:, None]
@@ -235,7 +250,7 @@ class AvoidanceGrid:
         ClearwayError
             For points of another shape.
         """
-        points = np.ascontiguousarray(points_m, dtype=np.float64)
+        points = np.ascontiguousarray(check_floats("grid points_m", points_m))
         if points.shape[-1:] != (3,):
             raise ClearwayError(f"grid: points must have shape [n, 3], got {list(points.shape)}")
         return _cells_of(points.reshape(-1, 3), self.edges).reshape(points.shape[:-1])
@@ -252,8 +267,18 @@ class AvoidanceGrid:
         -------
         ndarray
             [layers, columns, rows] the same values.
+
+        Raises
+        ------
+        ClearwayError
+            For another number of values.
         """
-        return per_cell.reshape(self.shape)
+        if shape_of(per_cell) != (self.cells,):
+            raise ClearwayError(
+                f"grid per_cell: must have shape [{self.cells}], one value a cell, "
+                f"got {list(shape_of(per_cell))}"
+            )
+        return np.reshape(per_cell, self.shape)
 
 
 def _span(
@@ -261,7 +286,7 @@ def _span(
 ) -> tuple[float, float]:
     """First and last edge; raises ClearwayError for what is neither a number nor two."""
     both = end_or_both if isinstance(end_or_both, tuple) else (end_or_both,)
-    if len(both) > 2 or not all(isinstance(each, int | float | np.number) for each in both):
+    if len(both) not in (1, 2) or not all(map(is_number, both)):
         raise ClearwayError(f"grid {name}: a number or two are needed, got {end_or_both!r}")
     return (0.0 if from_zero else -both[0], both[0]) if len(both) == 1 else (both[0], both[1])
 

@@ -39,6 +39,7 @@ from clearway.live.recovery.risk_level import Insistence
 from clearway.live.watch import PlanWatch
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.sensors import AnySensor
+from clearway.sensors.range_sensor import range_sensors
 from clearway.traffic.covering import Covering
 from clearway.traffic.volumes import Alerts
 from clearway.vehicle.automaton import Movement
@@ -95,6 +96,9 @@ class AvoidanceSystem:
     ) -> None:
         kind_of("avoidance system: planner", planner, Planner)
         kind_of("avoidance system: mission", mission, Mission)
+        if obstacle_map is not None:
+            kind_of("avoidance system: obstacle_map", obstacle_map, ObstacleMap)
+        range_sensors(lidars)  # Refuses what are none, and twins.
         self.escape = escape_plan(planner, lidars, obstacle_map, mission.start)
         """Which escapes this flight holds, and why."""
         self.planner = planner = self.escape.adapt_planner(planner)

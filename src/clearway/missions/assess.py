@@ -18,6 +18,7 @@ from clearway.avoidance.scene import (
     VehicleKind,
     assess_scene,
 )
+from clearway.base.checks import kind_of, positive
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import State
@@ -103,6 +104,23 @@ def assess(
         read = read_scene(seen)
         _tell(notice, read.notes)
         return assess_scene(read.scene, notice)
+    for name, value, kind in (
+        ("grid", grid, AvoidanceGrid),
+        ("lidar", lidar, Lidar),
+        ("state", state, State),
+        ("obstacle_map", obstacle_map, ObstacleMap),
+        ("settings", settings, AvoidanceSettings),
+    ):
+        if value is not None:
+            kind_of(f"assess: {name}", value, kind)
+    if not np.iterable(intruders):
+        raise ClearwayError(f"intruders: a sequence is needed, got {type(intruders).__name__}")
+    for intruder in intruders:
+        kind_of("assess: intruders", intruder, Intruder)
+    if vehicle is not None and not isinstance(vehicle, str):
+        kind_of("assess: vehicle", vehicle, str)
+    if speed_mps is not None:
+        positive("assess: speed_mps", speed_mps)
     scans = _scans(seen)
     if lidar is not None and len(scans) > 1:
         raise ClearwayError("lidar: of one scan; scans of several come from read_scan")
@@ -152,11 +170,11 @@ def _scans(seen: Scan | Sequence[Scan] | str | Path) -> tuple[Scan, ...]:
         return (read_scan(seen),)
     if isinstance(seen, Scan):
         return (seen,)
-    scans = tuple(seen)
-    strange = next((one for one in scans if not isinstance(one, Scan)), None)
-    if strange is not None:
+    scans = tuple(seen) if np.iterable(seen) else (seen,)
+    strange = [type(one).__name__ for one in scans if not isinstance(one, Scan)]
+    if strange:
         raise ClearwayError(
-            f"seen: a scan is needed, got {type(strange).__name__}; valid: Scan(points_m), what "
+            f"seen: a scan is needed, got {strange[0]}; valid: Scan(points_m), what "
             "read_scan gives, a list of these, or a file"
         )
     return scans

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -12,7 +13,7 @@ from pydantic import Field, model_validator
 from clearway.avoidance.plan.costs import Prices
 from clearway.avoidance.plan.settings import AvoidanceSettings
 from clearway.base.brief import in_brief, one_line
-from clearway.base.errors import InputError
+from clearway.base.errors import ClearwayError, InputError
 from clearway.base.notebook import Marks, html_table, sketch_from_above
 from clearway.base.state import State
 from clearway.base.suggest import did_you_mean, file_nearby
@@ -267,6 +268,8 @@ class MissionFile(Section):
         InputError
             Naming every unknown table or key and every wrong value, with what is valid.
         """
+        if not isinstance(section, str):
+            raise ClearwayError(f"section: the name of a table is needed, got {section!r}")
         given = {key: _plain(value) for key, value in values.items()}
         tables: dict[str, object] = {name: getattr(self, name) for name in self.model_fields_set}
         part = getattr(self, section, None) if section in type(self).model_fields else None
@@ -312,7 +315,7 @@ def read_mission_file(name_or_path: str, notice: Notice | None = None) -> Missio
         with resources.as_file(built_in[name_or_path]) as path:
             return read_model(path, MissionFile)
     path = Path(name_or_path)
-    if not path.exists() and path.suffix not in (".toml", *PLANS):
+    if not os.path.exists(path) and path.suffix not in (".toml", *PLANS):
         names = ", ".join(sorted(built_in))
         near = did_you_mean(name_or_path, [*built_in, *WORLD_FAMILIES]) or file_nearby(path)
         problem = f"no such mission or file{near}; missions by name: {names}; made-up worlds: "

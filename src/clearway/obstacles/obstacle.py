@@ -17,8 +17,11 @@ from clearway.base.arrays import Floats, Floats2, Floats3, Ints
 from clearway.base.brief import brief
 from clearway.base.checks import (
     above_zero_problem,
+    check_floats,
+    choice_problem,
     collect_problems,
     number_problem,
+    shape_of,
     vector_problem,
 )
 from clearway.base.compiled import compiled
@@ -114,7 +117,9 @@ class Obstacle:
         InputError
             Naming every value that cannot be used.
         """
-        return cls("ball", _numbers(position_m), radius_m=radius_m, name=name)
+        return cls(
+            "ball", check_floats("obstacle position_m", position_m), radius_m=radius_m, name=name
+        )
 
     @classmethod
     def line(
@@ -151,10 +156,10 @@ class Obstacle:
         InputError
             Naming every value that cannot be used.
         """
-        orientation = _numbers(orientation_rad)
+        orientation = check_floats("obstacle orientation_rad", orientation_rad)
         return cls(
             "line",
-            _numbers(position_m),
+            check_floats("obstacle position_m", position_m),
             orientation_rad=orientation,
             size_m=(length_m,),
             radius_m=radius_m,
@@ -188,7 +193,10 @@ class Obstacle:
         InputError
             Naming every value that cannot be used.
         """
-        start, end = _numbers(start_m), _numbers(end_m)
+        ends = (vector_problem("start_m", start_m, 3), vector_problem("end_m", end_m, 3))
+        if problems := collect_problems(ends):
+            raise InputError(f"obstacle {name!r}" if name else "obstacle", problems)
+        start, end = check_floats("start_m", start_m), check_floats("end_m", end_m)
         along = end - start
         pitch_down = np.arctan2(-along[2], np.hypot(along[0], along[1]))
         orientation = np.array([0.0, pitch_down, np.arctan2(along[1], along[0])])
@@ -237,10 +245,10 @@ class Obstacle:
         InputError
             Naming every value that cannot be used.
         """
-        orientation = _numbers(orientation_rad)
+        orientation = check_floats("obstacle orientation_rad", orientation_rad)
         return cls(
             "plane",
-            _numbers(position_m),
+            check_floats("obstacle position_m", position_m),
             orientation_rad=orientation,
             size_m=size_m,
             radius_m=radius_m,
@@ -282,10 +290,10 @@ class Obstacle:
         InputError
             Naming every value that cannot be used.
         """
-        orientation = _numbers(orientation_rad)
+        orientation = check_floats("obstacle orientation_rad", orientation_rad)
         return cls(
             "cuboid",
-            _numbers(position_m),
+            check_floats("obstacle position_m", position_m),
             orientation_rad=orientation,
             size_m=size_m,
             radius_m=radius_m,
@@ -320,20 +328,19 @@ def shapes_of(obstacles: Sequence[Obstacle]) -> Shapes:
     )
 
 
-def _numbers(values: npt.ArrayLike) -> FloatArray:
-    return np.asarray(values, dtype=np.float64)
-
-
 def _problems(obstacle: Obstacle) -> list[str]:
     """What is wrong with the fields, one line each."""
     problems = []
-    if obstacle.shape not in get_args(ObstacleShape):
-        choices = ", ".join(get_args(ObstacleShape))
-        return [f"shape: {obstacle.shape!r} is none of {choices}"]
+    if unknown := choice_problem("shape", obstacle.shape, get_args(ObstacleShape)):
+        return [unknown]
     for name in ("position_m", "orientation_rad"):
         problems += collect_problems([vector_problem(name, getattr(obstacle, name), 3)])
-    needed, given = SHAPE_SIZES[obstacle.shape], tuple(obstacle.size_m)
-    if len(given) != needed:
+    needed, sizes = SHAPE_SIZES[obstacle.shape], obstacle.size_m
+    given = tuple(sizes) if len(shape_of(sizes)) == 1 else None
+    if given is None:
+        given = ()
+        problems.append(f"size_m: a sequence of {needed} lengths is needed, got {sizes!r}")
+    elif len(given) != needed:
         problems.append(f"size_m: a {obstacle.shape} needs {needed} lengths, got {len(given)}")
     if any(above_zero_problem("size_m", size) for size in given):
         problems.append(f"size_m: lengths must be positive and finite, got {list(given)}")

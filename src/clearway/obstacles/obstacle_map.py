@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2
 from clearway.base.brief import one_line
-from clearway.base.checks import are_points, check_points, kind_of
+from clearway.base.checks import are_points, check_floats, check_points, kind_of
 from clearway.base.compiled import compiled, make_plain_array
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -64,7 +64,9 @@ class ObstacleMap:
     def __init__(
         self, obstacles: Sequence[Obstacle] = (), *, complete_m: npt.ArrayLike | None = None
     ) -> None:
-        if isinstance(obstacles, Obstacle) or not isinstance(obstacles, Iterable):
+        if isinstance(obstacles, Obstacle) or not (
+            isinstance(obstacles, Iterable) and np.iterable(obstacles)
+        ):
             kind = type(obstacles).__name__
             raise ClearwayError(f"obstacle map: takes a sequence of obstacles, got {kind}")
         self.obstacles = tuple(kind_of("obstacle map", each, Obstacle) for each in obstacles)
@@ -234,7 +236,7 @@ class ObstacleMap:
 
 def _box(corners_m: npt.ArrayLike) -> FloatArray:
     """[2, 3] read-only; ClearwayError for corners that bound no box."""
-    box = np.array(corners_m, dtype=np.float64)
+    box = np.array(check_floats("obstacle map: complete_m", corners_m))
     if box.shape != (2, 3) or not np.all(box[0] < box[1]):
         raise ClearwayError(
             f"obstacle map: complete_m must be the lowest and the highest corner of a box, got "

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import one_line
+from clearway.base.checks import check_floats, is_number, shape_of
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -67,15 +68,18 @@ class PointWorld:
         *,
         labels: npt.NDArray[np.integer] | None = None,
     ) -> None:
-        points = read_only(points_m)
+        points = read_only(check_floats("point world: points_m", points_m))
         if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
             raise ClearwayError("point world: points must be finite numbers of shape [n, 3]")
-        if not 0.0 < point_radius_m < np.inf:
+        if not (is_number(point_radius_m) and 0.0 < point_radius_m < np.inf):
             raise ClearwayError(
                 f"point world: point_radius_m must be a number above 0, got {point_radius_m}"
             )
-        if labels is not None and len(labels) != len(points):
-            raise ClearwayError(f"point world: {len(labels)} labels for {len(points)} points")
+        if labels is not None and shape_of(labels) != points.shape[:1]:
+            raise ClearwayError(
+                f"point world: labels must have shape [{len(points)}], one a point, "
+                f"got {list(shape_of(labels))}"
+            )
         self.points_m = points
         self.point_radius_m = float(point_radius_m)
         self.labels = labels

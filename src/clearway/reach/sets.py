@@ -5,6 +5,9 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
+from clearway.base.checks import kind_of, number_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.suggest import did_you_mean
@@ -64,6 +67,10 @@ def build_reach_set(
     >>> reach_set.nodes > len(reach_set.trajectories) > 0
     True
     """
+    kind_of("reach set: automaton", automaton, MovementAutomaton)
+    kind_of("reach set: grid", grid, AvoidanceGrid)
+    if problem := number_problem("start_pitch_rad", start_pitch_rad, -np.pi, np.pi):
+        raise ClearwayError(f"reach set: {problem}")
     lattice = lattice_for(automaton, grid, (start_pitch_rad,), tuning)
     return reach_set_at(lattice, grid, method, start_pitch_rad, **tuning)
 

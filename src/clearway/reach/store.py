@@ -17,6 +17,7 @@ import numpy as np
 
 from clearway.base.brief import one_line
 from clearway.base.cache_folder import cache_folder
+from clearway.base.checks import LARGEST, kind_of, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.kept_file import KeptKind, read_kept, write_kept
@@ -100,7 +101,7 @@ class ReachLibrary:
         ClearwayError
             As `build_reach_set` does.
         """
-        tuning = tuning or {}
+        tuning = _check(automaton, grid, tuning)
         reach_sets: tuple[ReachSet, ...] = ()
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         for lattice in _root(every):
@@ -151,7 +152,7 @@ class ReachLibrary:
         ClearwayError
             As `build_reach_set` does.
         """
-        tuning, notice = tuning or {}, notice or _ignore_notice
+        tuning, notice = _check(automaton, grid, tuning), notice or _ignore_notice
         found: list[ReachSet] = []
         every = lattice_for(automaton, grid, automaton.start_pitches_rad, tuning)
         for lattice in _root(every):
@@ -212,11 +213,27 @@ class ReachLibrary:
         -------
         ReachSet
             One of the library.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no angle.
         """
+        if problem := number_problem("pitch_rad", pitch_rad, -LARGEST):
+            raise ClearwayError(problem)
         return min(
             self.reach_sets,
             key=lambda s: (abs(s.start_pitch_rad - pitch_rad), abs(s.start_pitch_rad)),
         )
+
+
+def _check(
+    automaton: MovementAutomaton, grid: AvoidanceGrid, tuning: Mapping[str, float] | None
+) -> Mapping[str, float]:
+    """The tuning, none where none is given; ClearwayError for what no library is made of."""
+    kind_of("reach library: automaton", automaton, MovementAutomaton)
+    kind_of("reach library: grid", grid, AvoidanceGrid)
+    return {} if tuning is None else kind_of("reach library: tuning", tuning, dict)
 
 
 def hash_library(

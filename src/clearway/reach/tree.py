@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
+from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.state import BoolArray, IntArray
@@ -103,7 +104,14 @@ class ReachSet:
         -------
         list of int
             From below the root to `node`.
+
+        Raises
+        ------
+        ClearwayError
+            For what is no node.
         """
+        if not isinstance(node, int | np.integer) or not -1 <= node < self.nodes:
+            raise ClearwayError(f"node: one from 0 to {self.nodes - 1} is needed, got {node!r}")
         nodes, (parent, _) = [], self._steps
         while node >= 0:
             nodes.append(node)
@@ -124,6 +132,8 @@ class ReachSet:
             Its index; -1 where no path has them.
         """
         node = -1
+        if not isinstance(movements, tuple | list):
+            raise ClearwayError(f"movements: a tuple of names is needed, got {movements!r}")
         for name in movements:
             if name not in self.movement_names:
                 return -1

@@ -15,7 +15,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from clearway.base.checks import check_points
+from clearway.base.checks import check_points, kind_of
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -163,6 +163,11 @@ AnySensor = Lidar | RangeSensor
 
 def range_sensors(sensors: Sequence[AnySensor]) -> dict[str, RangeSensor]:
     """Sensors by name, in their order; raises ClearwayError where two have the same."""
+    if not np.iterable(sensors):
+        raise ClearwayError(f"sensors: a sequence is needed, got {type(sensors).__name__}")
+    for sensor in sensors:
+        if not isinstance(getattr(sensor, "name", None), str):
+            kind_of("sensors", sensor, Lidar)
     names = Counter(sensor.name for sensor in sensors)
     shared = [name for name, times in names.items() if times > 1]
     if shared:

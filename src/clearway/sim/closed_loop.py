@@ -15,6 +15,7 @@ from typing import Generic
 import numpy as np
 
 from clearway.avoidance.speed_choice import measure_sight_from
+from clearway.base.checks import kind_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
@@ -91,7 +92,12 @@ def simulate(
     >>> run.safe, run.planner
     (True, 'clearway')
     """
-    settings = settings or SimulationSettings()
+    settings = SimulationSettings() if settings is None else settings
+    kind_of("simulate: settings", settings, SimulationSettings)
+    for name, given, asked in (("system", system, "decide"), ("world", world, "distance_m")):
+        if not hasattr(given, asked):
+            kind = type(given).__name__
+            raise ClearwayError(f"simulate: {name} must have a method {asked}, got {kind}")
     flight = _Flight(system, world, lidars, settings, traffic, plant)
     return flight.run(on_decision)
 

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import one_line
+from clearway.base.checks import kind_of, number_problem
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State, Trajectory
@@ -60,16 +61,25 @@ class MovementAutomaton:
     (3.15)."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.movements, tuple):
+            raise ClearwayError("movement automaton: movements must be a tuple of Movement")
+        for movement in self.movements:
+            kind_of("movement automaton: movements", movement, Movement)
+        if self.table is not None and not isinstance(self.table, MovementTable | ClassTable):
+            kind_of("movement automaton: table", self.table, MovementTable)
         names = self.names
         if not names:
             raise ClearwayError("movement automaton: at least one movement is needed")
         if len(set(names)) < len(names):
             raise ClearwayError(f"movement automaton: movement names must differ, got {names}")
-        if self.pitch_limit_rad is not None and not 0.0 <= self.pitch_limit_rad < np.inf:
+        limit_rad = self.pitch_limit_rad
+        if limit_rad is not None and number_problem("pitch_limit_rad", limit_rad):
             raise ClearwayError("movement automaton: pitch limit must be a number >= 0, or None")
         lacking = set(names) - set(self.table.names if self.table else names)
         if lacking:
             raise ClearwayError(f"movement table lacks {', '.join(sorted(lacking))}")
+        if not isinstance(self.forbidden, frozenset):
+            kind_of("movement automaton: forbidden", self.forbidden, frozenset)
         unknown = {name for pair in self.forbidden for name in pair} - set(names)
         if unknown:
             raise ClearwayError(f"forbidden transitions name unknown movements {sorted(unknown)}")
@@ -110,8 +120,11 @@ class MovementAutomaton:
             For numbers out of range.
         """
         movements = plane_movements(speed_mps, turn_step_deg, duration_s, diagonals=diagonals)
-        limit = None if pitch_limit_deg is None else float(np.radians(pitch_limit_deg))
-        return cls(movements, limit)
+        if pitch_limit_deg is None:
+            return cls(movements)
+        if problem := number_problem("plane: pitch_limit_deg", pitch_limit_deg):
+            raise ClearwayError(problem)
+        return cls(movements, float(np.radians(pitch_limit_deg)))
 
     @classmethod
     def inertialess(
@@ -249,7 +262,7 @@ class MovementAutomaton:
         MovementAutomaton
             With a table of classes of motion.
         """
-        movements, table = build_copter(limits)
+        movements, table = build_copter(kind_of("copter: limits", limits, CopterLimits))
         return cls(movements, 0.0, vehicle=InertialessModel(), table=table)
 
     def __repr__(self) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.base.brief import brief
+from clearway.base.checks import LARGEST, number_problem, shape_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 
@@ -65,7 +66,13 @@ class Movement:
 def plane_movements(
     speed_mps: float, turn_step_deg: float, duration_s: float, *, diagonals: bool
 ) -> tuple[Movement, ...]:
-    """The nine movements of section 4.3, or the five without diagonals."""
+    """The nine movements of section 4.3, or the five without diagonals.
+
+    Raises ClearwayError naming the first number that is out of range.
+    """
+    _in_range("plane: speed_mps", speed_mps, 0.0, np.inf, bottom=True)
+    _in_range("plane: turn_step_deg", turn_step_deg, -LARGEST, np.inf)
+    _in_range("plane: duration_s", duration_s, 0.0, np.inf)
     rate = np.radians(turn_step_deg) / duration_s
     turns = {
         "Straight": (0, 0),
@@ -107,17 +114,19 @@ def inertialess_movements(
 
     Raises ClearwayError naming the first number that is out of range.
     """
-    _in_range("speed_mps", speed_mps, 0.0, np.inf)
-    _in_range("duration_s", duration_s, 0.0, np.inf)
-    _in_range("turn_step_deg", turn_step_deg, 0.0, HALF_TURN_DEG, top=True)
-    _in_range("spot_turn_deg", spot_turn_deg, 0.0, HALF_TURN_DEG, top=True)
-    _in_range("steepest_deg", steepest_deg, 0.0, 90.0, bottom=True)
+    _in_range("inertialess: speed_mps", speed_mps, 0.0, np.inf)
+    _in_range("inertialess: duration_s", duration_s, 0.0, np.inf)
+    _in_range("inertialess: turn_step_deg", turn_step_deg, 0.0, HALF_TURN_DEG, top=True)
+    _in_range("inertialess: spot_turn_deg", spot_turn_deg, 0.0, HALF_TURN_DEG, top=True)
+    _in_range("inertialess: steepest_deg", steepest_deg, 0.0, 90.0, bottom=True)
     steepest_mps = speed_mps * float(np.sin(np.radians(steepest_deg)))
     vertical = steepest_mps if climb_mps is None else climb_mps
-    _in_range("climb_mps", vertical, 0.0, np.inf, bottom=True)
+    _in_range("inertialess: climb_mps", vertical, 0.0, np.inf, bottom=True)
+    if slow_mps is not None and len(shape_of(slow_mps)) != 1:
+        raise ClearwayError(f"inertialess: slow_mps must be several numbers, got {slow_mps!r}")
     slower = (0.5 * speed_mps,) if slow_mps is None else tuple(slow_mps)
     for slow in slower:
-        _in_range("slow_mps", slow, 0.0, speed_mps)
+        _in_range("inertialess: slow_mps", slow, 0.0, speed_mps)
     if len(set(slower)) < len(slower):
         raise ClearwayError(f"inertialess: slow_mps must differ, got {slower}")
     turn = float(np.radians(turn_step_deg) / duration_s)
@@ -165,8 +174,10 @@ def _in_range(
     name: str, value: float, low: float, high: float, *, bottom: bool = False, top: bool = False
 ) -> None:
     """Refuse what does not lie between two numbers; the ends belong to it where said."""
-    inside = low < value < high or (bottom and value == low) or (top and value == high)
-    if not (inside and np.isfinite(value)):
+    inside = number_problem(name, value, -LARGEST, LARGEST) is None and (
+        low < value < high or (bottom and value == low) or (top and value == high)
+    )
+    if not inside:
         ends = f"{'from' if bottom else 'above'} {low:g}"
         ends += "" if np.isinf(high) else f", {'at most' if top else 'below'} {high:g}"
-        raise ClearwayError(f"inertialess: {name} must be a number {ends}, got {value}")
+        raise ClearwayError(f"{name} must be a number {ends}, got {value!r}")

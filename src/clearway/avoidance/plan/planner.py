@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -25,11 +25,13 @@ from clearway.avoidance.plan.time_cost import time_flown_m, time_to_go_m
 from clearway.avoidance.rate.fusion import OwnRating, Rating, own_rating, rating_named
 from clearway.avoidance.rules import MOST_RULES, Rule
 from clearway.base.brief import one_line
+from clearway.base.checks import LARGEST, kind_of, number_problem
 from clearway.base.errors import ClearwayError, InputError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
 from clearway.base.lazily import Lazily
 from clearway.base.state import State
+from clearway.base.suggest import did_you_mean
 from clearway.reach.escapes.braking import stopping_ways
 from clearway.reach.escapes.library import EscapeLibrary
 from clearway.reach.store import ReachLibrary
@@ -159,7 +161,9 @@ class Planner:
         InputError
             For settings that the vehicle cannot fly with.
         """
-        settings = settings or AvoidanceSettings()
+        kind_of("planner: library", library, ReachLibrary)
+        settings = AvoidanceSettings() if settings is None else settings
+        kind_of("planner: settings", settings, AvoidanceSettings)
         automaton = library.automaton
         prices = suit_prices(settings, automaton, library.grid)
         if automaton.has_inertia:
@@ -167,6 +171,7 @@ class Planner:
                 stage_cost = partial(time_flown_m, automaton=automaton)
             if terminal_cost is turning_distance_to_go:
                 terminal_cost = time_to_go_m
+        kind_of("planner: rules", rules, Sequence)  # type: ignore[type-abstract]
         if len(rules) > MOST_RULES:
             raise ClearwayError(f"rules: {len(rules)} are too many; at most {MOST_RULES}")
 
@@ -219,8 +224,15 @@ class Planner:
         Raises
         ------
         InputError
-            For values that cannot be used.
+            For values that cannot be used, and keys that are none.
         """
+        known = [one.name for one in fields(AvoidanceSettings) if one.init]
+        if unknown := [key for key in settings if key not in known]:
+            near = did_you_mean(unknown[0], known)
+            valid = f"valid keys are {', '.join(known)}"
+            raise InputError("settings", f"{unknown[0]}: unknown key{near}; {valid}")
+        if "prices" in settings:
+            raise InputError("settings", "prices: part of the prepared costs; use Planner.of")
         return replace(self, settings=replace(self.settings, **settings))
 
     def __repr__(self) -> str:
@@ -317,6 +329,8 @@ class Planner:
         PreparedReachSet
             With its costs, in the grid frame.
         """
+        if problem := number_problem("pitch_rad", pitch_rad, -LARGEST):
+            raise ClearwayError(problem)
         return min(
             self.prepared_sets, key=lambda entry: (abs(entry[0] - pitch_rad), abs(entry[0]))
         )[1]

@@ -13,13 +13,15 @@ from clearway.base.brief import brief
 from clearway.base.checks import (
     LARGEST,
     above_zero_problem,
+    choice_problem,
     collect_problems,
+    kind_of,
     number_problem,
     span_problem,
     take_floats,
     vector_problem,
 )
-from clearway.base.errors import ClearwayError, InputError
+from clearway.base.errors import InputError
 from clearway.sensors import combine_rule_named
 from clearway.sensors.cells.detection import DetectionRule
 from clearway.traffic import TrackerSettings
@@ -74,10 +76,11 @@ class EvidenceSettings:
                 *(number_problem(key, getattr(self, key)) for key in lengths),
             )
         )
+        problems += collect_problems(
+            (choice_problem("accuracy", self.accuracy, get_args(Accuracy)),)
+        )
         if problems:
             raise InputError("settings", problems)
-        if self.accuracy not in get_args(Accuracy):
-            raise ClearwayError(f"accuracy: {self.accuracy!r} is none of {get_args(Accuracy)}")
         take_floats(self, EvidenceSettings)
 
 
@@ -165,19 +168,22 @@ class AvoidanceSettings(EvidenceSettings):
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
+        kind_of("settings: prices", self.prices, Prices)
         problems = [
             above_zero_problem("safety_margin_m", self.safety_margin_m),
             number_problem("body_radius_m", self.body_radius_m),
         ]
         problems.append(vector_problem("wind_mps", self.wind_mps, 3))
         problems += [number_problem(key, getattr(self, key), 0.0, math.inf) for key in TIMES]
+        bounds = ("lowest_m", "highest_m")
+        problems += [number_problem(key, getattr(self, key), -math.inf, math.inf) for key in bounds]
         if self.ground_height_m is not None:
             problems.append(number_problem("ground_height_m", self.ground_height_m, -LARGEST))
-        if self.escape not in (*Escape,):
-            problems.append(f"escape: {self.escape!r} is none of {', '.join(Escape)}")
-        if self.narrow not in (*Narrow,):
-            problems.append(f"narrow: {self.narrow!r} is none of {', '.join(Narrow)}")
+        problems.append(choice_problem("escape", self.escape, (*Escape,)))
+        problems.append(choice_problem("narrow", self.narrow, (*Narrow,)))
         problems.append(number_problem("unobserved_m", self.unobserved_m))
+        if found := collect_problems(problems):
+            raise InputError("settings", found)
         if (self.escape == Escape.BUDGETED) != (self.unobserved_m > 0.0):
             problems.append(
                 'unobserved_m: above 0 where escape is "budgeted", and 0 where it is any other'
@@ -190,6 +196,6 @@ class AvoidanceSettings(EvidenceSettings):
             problems.append(span_problem("obstacles_span_m", self.obstacles_span_m))
         if self.smallest_object_m is not None:
             problems.append(above_zero_problem("smallest_object_m", self.smallest_object_m))
-        if found := [problem for problem in problems if problem]:
+        if found := collect_problems(problems):
             raise InputError("settings", found)
         take_floats(self, AvoidanceSettings)

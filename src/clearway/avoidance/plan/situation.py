@@ -160,6 +160,8 @@ class Situation:
             if not (isinstance(number, float | int) and 0.0 <= number <= LARGEST):
                 return False
         if self.remembered is not None:
+            if not isinstance(self.remembered, tuple) or len(self.remembered) != 2:
+                return False
             place, radius = self.remembered
             if array_problem("", place, (None, 3)) or array_problem(
                 "", radius, (len(place),), 0.0, LARGEST
@@ -171,6 +173,8 @@ class Situation:
             and self.floor_m <= LARGEST
             and isinstance(self.state, State)
             and isinstance(self.obstacle_map, ObstacleMap | None)
+            and isinstance(self.detections, Sequence)
+            and isinstance(self.intruders, Sequence)
             and all(isinstance(each, Detection) for each in self.detections)
             and all(isinstance(each, Intruder) for each in self.intruders)
         )
@@ -187,13 +191,15 @@ class Situation:
             number_problem("range_sigma_m", self.range_sigma_m),
             vector_problem("wind_mps", self.wind_mps, 3),
             number_problem("wind_sigma_mps", self.wind_sigma_mps),
-            number_problem("floor_m", max(self.floor_m, -LARGEST), -LARGEST),
+            number_problem("floor_m", self.floor_m, -math.inf),
             _kind_problem("detections", self.detections, Detection),
             _kind_problem("intruders", self.intruders, Intruder),
         )
         if self.obstacle_map is not None:
             yield _kind_problem("obstacle_map", [self.obstacle_map], ObstacleMap)
         if self.remembered is not None:
+            yield _kind_problem("remembered", [self.remembered], tuple)
+        if isinstance(self.remembered, tuple) and len(self.remembered) == 2:
             place, radius = self.remembered
             yield array_problem("remembered.position_m", place, (None, 3))
             yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
@@ -247,6 +253,8 @@ def widest_margin_m(planner: Planner, situation: Situation | Here) -> float:
 
 def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None:
     """What keeps values from being all of a kind."""
+    if not np.iterable(values):
+        return f"{name}: a sequence of {kind.__name__} is needed, got {type(values).__name__}"
     wrong = [type(value).__name__ for value in values if not isinstance(value, kind)]
     return f"{name}: must be of {kind.__name__}, got {', '.join(wrong)}" if wrong else None
 

@@ -21,6 +21,8 @@ NAMES: dict[type, str] = {State: "state", Scan: "scan", Intruder: "intruder"}
 
 def reading_of(kind: type[Reading], *values: Any, **named: Any) -> Reading | str:
     """A reading of raw values, or in a few words why it cannot be made of them."""
+    if not any(kind is known for known in NAMES):
+        raise ClearwayError(f"receive: takes State, Scan or Intruder, got {kind!r}")
     try:
         return kind(*values, **named)
     except InputError as refused:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import take_floats
+from clearway.base.checks import check_floats, is_number, kind_of, take_floats
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
@@ -55,6 +55,8 @@ class BeamPattern:
     """Typical angle between neighbouring beams, along the axis where they lie farther apart."""
 
     def __post_init__(self) -> None:
+        for name in ("azimuth_rad", "elevation_rad"):
+            check_floats(f"beam pattern {self.name}: {name}", getattr(self, name))
         count = np.size(self.azimuth_rad)
         if count == 0 or np.size(self.elevation_rad) != count:
             raise ClearwayError(
@@ -66,12 +68,13 @@ class BeamPattern:
             if not np.all(np.isfinite(angles)):
                 raise ClearwayError(f"beam pattern {self.name}: {name} must be finite numbers")
             object.__setattr__(self, name, angles)
-        if not 0.0 <= self.min_range_m < self.max_range_m:
+        ranges = self.min_range_m, self.max_range_m
+        if not (all(map(is_number, ranges)) and 0.0 <= ranges[0] < ranges[1]):
             raise ClearwayError(
                 f"beam pattern {self.name}: needs 0 <= min_range_m < max_range_m, "
                 f"got {self.min_range_m} and {self.max_range_m}"
             )
-        if not 0.0 <= self.spacing_rad < np.inf:
+        if not (is_number(self.spacing_rad) and 0.0 <= self.spacing_rad < np.inf):
             raise ClearwayError(
                 f"beam pattern {self.name}: spacing_rad must be a number >= 0, "
                 f"got {self.spacing_rad}"
@@ -133,8 +136,8 @@ class BeamPattern:
         ClearwayError
             For angles or ranges that cannot be used, and for too many beams.
         """
-        azimuths = np.ravel(np.asarray(azimuths_rad, dtype=np.float64))
-        elevations = np.ravel(np.asarray(elevations_rad, dtype=np.float64))
+        azimuths = np.ravel(check_floats(f"beam pattern {name}: azimuths_rad", azimuths_rad))
+        elevations = np.ravel(check_floats(f"beam pattern {name}: elevations_rad", elevations_rad))
         _refuse_too_many(len(azimuths) * len(elevations))
         if spacing_rad is None:
             spacing_rad = max(_typical_step(azimuths), _typical_step(elevations))
@@ -188,7 +191,8 @@ class BeamPattern:
         ClearwayError
             For angles or ranges that cannot be used, and for too many beams.
         """
-        if not 0.0 < azimuth_step_deg <= azimuth_span_deg <= 360.0:
+        sweep = azimuth_step_deg, azimuth_span_deg
+        if not (all(map(is_number, sweep)) and 0.0 < sweep[0] <= sweep[1] <= 360.0):
             raise ClearwayError(
                 f"beam pattern {name}: needs 0 < azimuth_step_deg <= azimuth_span_deg <= 360, "
                 f"got {azimuth_step_deg} and {azimuth_span_deg}"
@@ -197,7 +201,7 @@ class BeamPattern:
         azimuths_deg = _midpoints(np.linspace(-0.5, 0.5, 2) * azimuth_span_deg, steps)
         return cls.from_angles(
             np.radians(azimuths_deg),
-            np.radians(elevations_deg),
+            np.radians(check_floats(f"beam pattern {name}: elevations_deg", elevations_deg)),
             name=name,
             min_range_m=min_range_m,
             max_range_m=max_range_m,
@@ -238,7 +242,9 @@ class BeamPattern:
         ClearwayError
             For no subdivisions, ranges that cannot be used, and too many beams.
         """
-        if azimuths_per_cell < 1 or elevations_per_cell < 1:
+        kind_of("beam pattern per cell: grid", grid, AvoidanceGrid)
+        counts = azimuths_per_cell, elevations_per_cell
+        if not all(isinstance(count, int | np.integer) and count >= 1 for count in counts):
             raise ClearwayError(
                 "beam pattern per cell: at least one azimuth and one elevation are needed, "
                 f"got {azimuths_per_cell} and {elevations_per_cell}"

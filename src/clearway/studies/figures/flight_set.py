@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
+from clearway.base.checks import kind_of, time_problem
 from clearway.base.errors import ClearwayError
 from clearway.obstacles.obstacle_map import ObstacleMap
 from clearway.obstacles.world import World
@@ -55,6 +56,9 @@ def draw_flight(
     >>> cw.draw_flight(run).savefig("flight.png")
     >>> cw.draw_flight(run, 20.0).savefig("at-20-s.png")
     """
+    kind_of("draw_flight", run, Run)
+    if at_s is not None and (problem := time_problem("at_s", at_s)):
+        raise ClearwayError(problem)
     name, world = run.mission.name, run.world or ObstacleMap()
     if not is_clearway_run(run) or not run.decisions:
         if at_s is not None:

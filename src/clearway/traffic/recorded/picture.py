@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from clearway.base.brief import brief
+from clearway.base.checks import kind_of
 from clearway.base.errors import InputError
 from clearway.traffic.recorded.aircraft import Aircraft, collect_aircraft
 from clearway.traffic.recorded.closest import ClosestPair, search_pairs
@@ -83,6 +84,9 @@ def air_picture(
     >>> [one.address for one in picture.aircraft], len(picture.pairs)
     (['4b1801', '4b1802'], 1)
     """
+    kind_of("air_picture: recording", recording, TrafficRecording)
+    if own_address is not None:
+        kind_of("air_picture: own_address", own_address, str)
     aircraft = collect_aircraft(recording)
     placed = {one.address for one in aircraft}
     own = recording.own_address if own_address is None else own_address.strip()

@@ -18,6 +18,7 @@ from clearway.avoidance.decision import Decision
 from clearway.avoidance.rate.fusion import CellAssessment
 from clearway.avoidance.rate.reach_rating import ReachAssessment
 from clearway.avoidance.scene import SceneAssessment
+from clearway.base.checks import kind_of
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.grid import AvoidanceGrid
@@ -91,9 +92,11 @@ def draw_assessment(
     >>> rated = cw.assess("two-balls.toml")
     >>> cw.draw_assessment(rated, "obstacle").savefig("two-balls.png")
     """
-    if quantity not in get_args(QuantityName):
+    if not (isinstance(quantity, str) and quantity in get_args(QuantityName)):
         choices = ", ".join(get_args(QuantityName))
         raise ClearwayError(f"quantity {quantity!r}: valid quantities are {choices}")
+    if not (isinstance(assessed, FlightDecision) or hasattr(assessed, "cells")):
+        kind_of("draw_assessment", assessed, SceneAssessment)
     if isinstance(assessed, SceneAssessment):
         reach_set, name = assessed.reach_set, assessed.scene.name
         points = np.concatenate([np.zeros((0, 3)), *(d.points_m for d in assessed.detections)])
