@@ -29,7 +29,7 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.expand.lattice import MOVEMENT_SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
-from clearway.vehicle.abilities import PITCH_TOLERANCE_RAD
+from clearway.vehicle.predicted import PITCH_TOLERANCE_RAD
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import motion_depends_on_roll, movement_paths
 
