@@ -56,7 +56,7 @@ class GridFrame:
 
     def grid_from_body(self, pose: State) -> tuple[FloatArray, FloatArray] | None:
         """Rotation [3, 3] and translation [3] from the body at a pose; None where they are one."""
-        # Lists of three are compared several times as fast as arrays.
+        # Lists of three are compared faster than arrays.
         is_here = pose.position_m.tolist() == self.origin_m.tolist()
         if is_here and pose.attitude_rad.tolist() == self.attitude_rad.tolist():
             return None

@@ -140,7 +140,7 @@ class Listener:
 
     def _count_fresh(self) -> dict[str, int]:
         """What was left out since the last call, by reason."""
-        told = self._told  # By hand: to subtract counters takes five times as long.
+        told = self._told  # By hand: to subtract counters is slow.
         fresh = {
             why: n - told.get(why, 0) for why, n in self.counts.items() if n > told.get(why, 0)
         }

@@ -29,9 +29,9 @@ from clearway.base.frames import FloatArray
 from clearway.base.state import BoolArray, IntArray
 from clearway.reach.expand.lattice import MOVEMENT_SAMPLES, grid_from_level
 from clearway.reach.tree import ReachSet
-from clearway.vehicle.predicted import PITCH_TOLERANCE_RAD
 from clearway.vehicle.automaton import MovementAutomaton
 from clearway.vehicle.paths import motion_depends_on_roll, movement_paths
+from clearway.vehicle.predicted import PITCH_TOLERANCE_RAD
 
 SAME_RAD = 1e-9
 """Attitudes no farther apart are one: over 10 m they lead 1e-8 m apart."""

@@ -158,7 +158,7 @@ def _beyond_limit(view: RuleView, found: FloatArray, here: float, limit: str) ->
     """The verdict by how deep the samples of trajectories lie [nodes, samples], and the vehicle."""
     if found.max() <= 0.0:
         return None
-    # One column after another: numpy takes ten times as long over rows of four.
+    # One column after another: numpy is slow over rows of four.
     deepest = view.worst_on_way(functools.reduce(np.maximum, found.T))
     return _beyond(view, deepest, found[:, -1], max(0.0, here), f"limit {limit}")
 

@@ -100,7 +100,7 @@ def with_points(cloud: PointCloud) -> PointCloud:
 
 
 def _extent(points: FloatArray) -> FloatArray:
-    """[3] length along each axis; column by column, which NumPy does ten times as fast."""
+    """[3] length along each axis; column by column, which is faster in NumPy."""
     if not len(points):
         return np.zeros(3)
     with np.errstate(invalid="ignore"):  # inf less inf

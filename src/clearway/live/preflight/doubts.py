@@ -18,23 +18,21 @@ from clearway.sensors import AnySensor, Lidar
 from clearway.vehicle.automaton import MovementAutomaton
 
 LEAST_REACH = 0.5
+"""Movements within which waypoints are hit as a rule. They count as reached wherever the vehicle is
+within the radius, in the middle of a movement too, so what matters is how close the ways lie that
+it can fly."""
 LEAST_REACH_TURNING = 0.125
-"""Movements, and turning radii, within which waypoints are hit as a rule. They count as reached
-wherever the vehicle is within the radius, in the middle of a movement too, so what matters is how
-close the ways lie that it can fly. Of flights to six waypoints in open space, 14 of 15 of planes of
-15 and 30 degrees a movement and of multirotors arrived in time at half a movement, some after
-circling, 8 of 17 at 0.3 and none of 7 at 0.2; of planes of 7.5 degrees a movement 3 of 4 at 0.13
-turning radii, none of 4 at 0.09."""
+"""Turning radii within which waypoints are hit as a rule."""
 WIDEST_MARGIN = 1.2
-"""Movements, or quarters of the turning radius where that is longer, beyond which margins were
-lost in one of nine hostile flights; see docs/limits.md."""
+"""Movements, or quarters of the turning radius where that is longer, beyond which margins may be
+lost; see docs/limits.md."""
 LEVEL_SHARE = 0.9
-"""Height off a goal, in reach radii, beyond which flying level may miss it: seven of seven planes
-and inertialess vehicles arrived at 0.53 to 0.87; at 0.93 one of these did, a plane circled."""
+"""Height off a goal, in reach radii, beyond which flying level may miss it: little of the radius is
+left for how close the ways lie."""
 FLY_LEVEL = "vehicle.pitch_limit_deg = 0 flies at one height, and to above or below its goals"
 MOST_LOST = 0.9
-"""Share of returns. With 0.25 to 0.9 none of 40 flights lost the margin, with 0.97 one of ten, and
-with 0.99 seven of ten crashed; see docs/faults.md."""
+"""Share of returns beyond which what is left may not show an obstacle in time; docs/faults.md has
+the flights."""
 
 
 def over_reach(mission: Mission, automaton: MovementAutomaton) -> str | None:

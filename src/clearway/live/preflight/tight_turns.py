@@ -1,9 +1,7 @@
 """Before take-off: goals that lie within the turning circle of a vehicle at the goal before.
 
-What cannot hover flies away from such a goal and comes back to it. Of 48 planes of 1 to 15 m/s on
-four lines of a survey, with the reach radius that suits them, all 40 arrived whose lines lay two
-movements apart or more, and 6 of the 8 whose lines lay nearer; the others circled a goal until
-their time was up. So did 6 of 21 with smaller reach radii.
+What cannot hover flies away from such a goal and comes back to it. Where lines of a survey lie
+nearer than two movements, or the reach radius is small, it may circle the goal for ever.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ CLOSING_HITS = 5
 """Hits that close a cell, after fig. 2.1: the same object gives five hits near and three far."""
 HELD = (1, 1, 1, 2, 2, 3)
 """How long the choices of the full tree are held, in tenths of its depth: a choice at every one of
-ten movements makes 12 million nodes, which no vehicle rates in flight."""
+ten movements makes more nodes than any vehicle rates in flight."""
 
 
 def full(craft: Craft) -> ManoeuvreRule:

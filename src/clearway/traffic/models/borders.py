@@ -12,7 +12,7 @@ from clearway.base.compiled import compiled
 from clearway.base.grid import BORDER_TOLERANCE, RANGE_TOLERANCE, AvoidanceGrid
 
 # Rows of `Borders.table` and of `times` and `places` of the pieces: compiled functions pass a few
-# wide arrays several times faster than many narrow ones.
+# wide arrays faster than many narrow ones.
 RANGE = 0
 AZIMUTH = 1
 ELEVATION = 2

@@ -311,5 +311,5 @@ def vector(values: Sequence[float] | FloatArray) -> fox.Vector3:
 
 
 def list_points(places_m: FloatArray) -> list[fox.Point3]:
-    """Of places [n, 3]; numbers of lists are taken several times as fast as those of arrays."""
+    """Of places [n, 3]; numbers are taken faster from lists than from arrays."""
     return [fox.Point3(x=x, y=y, z=z) for x, y, z in places_m.tolist()]
