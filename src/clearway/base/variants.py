@@ -53,8 +53,9 @@ class Variants(Mapping[str, V], Generic[V]):
 
         folder: where modules are looked for before the current one.
         """
-        if not isinstance(name, str):
-            shown = type(name).__name__
+        given: object = name
+        if not isinstance(given, str):
+            shown = type(given).__name__
             raise ClearwayError(f"{self.kind}: valid names are {self.choices}, got {shown}")
         if name in self.built_in:
             return self.built_in[name]

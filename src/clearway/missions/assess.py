@@ -117,7 +117,7 @@ def assess(
         raise ClearwayError(f"intruders: a sequence is needed, got {type(intruders).__name__}")
     for intruder in intruders:
         kind_of("assess: intruders", intruder, Intruder)
-    if vehicle is not None and not isinstance(vehicle, str):
+    if vehicle is not None:
         kind_of("assess: vehicle", vehicle, str)
     if speed_mps is not None:
         positive("assess: speed_mps", speed_mps)

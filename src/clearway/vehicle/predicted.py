@@ -41,12 +41,12 @@ class PredictedMovements:
     (3.15)."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.movements, tuple):
-            raise ClearwayError("movement automaton: movements must be a tuple of Movement")
-        for movement in self.movements:
+        for movement in kind_of("movement automaton: movements", self.movements, tuple):
             kind_of("movement automaton: movements", movement, Movement)
         if self.table is not None and not isinstance(self.table, MovementTable | ClassTable):
-            kind_of("movement automaton: table", self.table, MovementTable)
+            raise ClearwayError(
+                f"movement automaton: table must be a MovementTable, got {self.table!r}"
+            )
         names = self.names
         if not names:
             raise ClearwayError("movement automaton: at least one movement is needed")
@@ -58,8 +58,7 @@ class PredictedMovements:
         lacking = set(names) - set(self.table.names if self.table else names)
         if lacking:
             raise ClearwayError(f"movement table lacks {', '.join(sorted(lacking))}")
-        if not isinstance(self.forbidden, frozenset):
-            kind_of("movement automaton: forbidden", self.forbidden, frozenset)
+        kind_of("movement automaton: forbidden", self.forbidden, frozenset)
         unknown = {name for pair in self.forbidden for name in pair} - set(names)
         if unknown:
             raise ClearwayError(f"forbidden transitions name unknown movements {sorted(unknown)}")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -160,7 +160,7 @@ class Situation:
             if not (isinstance(number, float | int) and 0.0 <= number <= LARGEST):
                 return False
         if self.remembered is not None:
-            if not isinstance(self.remembered, tuple) or len(self.remembered) != 2:
+            if not _are_two(self.remembered):
                 return False
             place, radius = self.remembered
             if array_problem("", place, (None, 3)) or array_problem(
@@ -199,7 +199,7 @@ class Situation:
             yield _kind_problem("obstacle_map", [self.obstacle_map], ObstacleMap)
         if self.remembered is not None:
             yield _kind_problem("remembered", [self.remembered], tuple)
-        if isinstance(self.remembered, tuple) and len(self.remembered) == 2:
+        if self.remembered is not None and _are_two(self.remembered):
             place, radius = self.remembered
             yield array_problem("remembered.position_m", place, (None, 3))
             yield array_problem("remembered.radius_m", radius, (len(place),), 0.0, LARGEST)
@@ -251,7 +251,11 @@ def widest_margin_m(planner: Planner, situation: Situation | Here) -> float:
     return margin_m(settings, situation) + slope * planner.grid.range_m
 
 
-def _kind_problem(name: str, values: Sequence[object], kind: type) -> str | None:
+def _are_two(values: object) -> bool:
+    return isinstance(values, tuple) and len(values) == 2
+
+
+def _kind_problem(name: str, values: Any, kind: type) -> str | None:
     """What keeps values from being all of a kind."""
     if not np.iterable(values):
         return f"{name}: a sequence of {kind.__name__} is needed, got {type(values).__name__}"
