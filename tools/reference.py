@@ -42,8 +42,8 @@ HEAD = """\
 # Mission and scene files
 
 `clearway fly` takes a [mission file](#mission-files) and `clearway assess` a
-[scene file](#scene-files). Both are TOML, with the unit in the key: metres, seconds, degrees. The axis
-x points forward or east, y left or north, z up. Roll, pitch and yaw are in that order, **pitch
+[scene file](#scene-files). Both are TOML, with the unit in the key: metres, seconds, degrees. The
+axis x points forward or east, y left or north, z up. Roll, pitch and yaw are in that order, **pitch
 positive nose down**, yaw positive left.
 
 Only keys that differ from the defaults have to be written. Unknown keys, wrong types and impossible
@@ -79,8 +79,8 @@ stations are flown too: see [maps.md](maps.md#flight-plans).
 SCENES = """
 ## Scene files
 
-A scene is one moment: the cells of the grid, and the trajectories through them, are rated. With a scan
-of your own, `clearway assess --scan FILE` needs no scene file.
+A scene is one moment: the cells of the grid, and the trajectories through them, are rated. With a
+scan of your own, `clearway assess --scan FILE` needs no scene file.
 [examples/scenes](../examples/scenes) holds some to start from.
 
 ```toml
@@ -107,7 +107,8 @@ programs.
 
 | symbol | of a cell |
 | --- | --- |
-| P_OD, P_OM, P_OI | probability that an obstacle was detected, that one of the map stands, that an intruder is met in it |
+| P_OD | probability that an obstacle was detected in it |
+| P_OM, P_OI | probability that one of the map stands, an intruder is met in it |
 | P_O, P_V | probability that any of these is so; how far the cell was looked into |
 | base, u | the share that the map fills; the key `unknown` |
 
