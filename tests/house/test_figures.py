@@ -35,7 +35,6 @@ NO_MEASUREMENT = {
     },
     "encounters.md": {"99.9 %": "a target", "99 %": "a target"},
     "faults.md": {
-        "90 %": "a level",
         "97 %": "a level",
         "99 %": "a level",
         "0.4 %": "of the example",
