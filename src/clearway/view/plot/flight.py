@@ -235,8 +235,9 @@ def _draw_plane(
     (low_a, high_a), (low_b, high_b) = axes.get_xlim(), axes.get_ylim()
     shown = np.all((goals >= (low_a, low_b)) & (goals <= (high_a, high_b)), axis=1)
     if shown.any():
-        marks = {"color": WAYPOINT, "markersize": 7, "label": "waypoints", "clip_on": False}
-        axes.plot(*goals[shown].T, "s", **marks)
+        axes.plot(
+            *goals[shown].T, "s", color=WAYPOINT, markersize=7, label="waypoints", clip_on=False
+        )
     for place, label in _labels(goals).items():
         axes.annotate(
             label,
