@@ -5,9 +5,10 @@ BIN := $(VENV)/bin
 PEERS := .venv-peers
 ROS := .venv-ros
 PIP := PIP_CONSTRAINT=constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --no-compile
-# Byte code of what is installed, on all cores, which pip makes on one. Some packages hold files of
-# other Pythons.
-BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
+# Byte code of what is installed, on all cores, which pip makes on one; half of it would be tests and
+# dialects that nothing here loads. Some packages hold files of other Pythons.
+BYTE_CODE := -$(BIN)/python -m compileall -qq -j 0 -x '/tests?/|/dialects/' $(VENV)/lib
+EXTRAS := adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,docs,dev
 
 # The compiled loops, where they are not as their sources.
 CORE := $(BIN)/python -m clearway_build
@@ -40,12 +41,13 @@ unit: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist loadfile -m 'not nightly and not realtime'
 
 # Processes that meet in real time, one test at a time: beside others they would come too late. A
-# machine that stalls makes one late all the same: what failed must pass when it runs once more.
+# machine that stalls makes one late all the same: what failed must pass when it runs once more. Other
+# files would take longer to load than the tests of many of them.
+REALTIME = $(BIN)/pytest -m 'realtime and not nightly' $$(grep -rl --include='test_*.py' mark.realtime tests)
 realtime: $(VENV)/.dev
 	$(CORE)
-	$(BIN)/pytest -m 'realtime and not nightly' || \
-		{ echo 'warning: real-time tests failed and are run once more'; \
-		$(BIN)/pytest -m 'realtime and not nightly' --last-failed --last-failed-no-failures none; }
+	$(REALTIME) || { echo 'warning: real-time tests failed and are run once more'; \
+		$(REALTIME) --last-failed --last-failed-no-failures none; }
 
 # What takes too long for every change: wider families, longer laws.
 nightly: $(VENV)/.dev
@@ -124,10 +126,24 @@ $(PEERS)/.ready: benchmarks/peers/constraints.txt
 		$(PEERS)/bin/python -m pip install --quiet bluesky-simulator cbfpy pyoctomap pyrvo run-time-assurance
 	touch $@
 
-$(VENV)/.dev: pyproject.toml constraints.txt hatch_build.py | $(BIN)/python
-	$(PIP) --editable '.[adsb,dask,foxglove,lidar,map,mavlink,ouster,parquet,plants,ros2,ulog,dev]'
+# By `make -j2` the core is compiled while the packages are fetched. Where no compiler is found, pip
+# brings one.
+$(VENV)/.numpy: constraints.txt | $(BIN)/python
+	$(PIP) numpy
+	touch $@
+
+$(VENV)/.compiled: hatch_build.py $(VENV)/.numpy
+	-PYTHONPATH=src $(CORE)
+	touch $@
+
+$(VENV)/.packages: pyproject.toml $(VENV)/.numpy
+	$(BIN)/python -m tools.requirements $(EXTRAS) | $(PIP) --requirement /dev/stdin
 	$(BYTE_CODE)
-	touch $(VENV)/.core $@
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.compiled $(VENV)/.packages
+	$(PIP) --no-deps --editable .
+	touch $(VENV)/.core $(VENV)/.docs $@
 
 # Beside rclpy it finds what is installed for clearway.
 $(ROS)/%/.ready: tests/ros2/constraints-%.txt $(VENV)/.dev

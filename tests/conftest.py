@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -42,3 +43,20 @@ def known_answers() -> dict[str, Any]:
         pytest.skip("needs data: no known_answers.json beside the data folder")
     answers: dict[str, Any] = json.loads(path.read_text())
     return answers
+
+
+@pytest.fixture(scope="session")
+def made_samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `clearway sample` writes, once a process; `samples` is a copy of it."""
+    from in_process import clearway
+
+    folder = tmp_path_factory.mktemp("made") / "samples"
+    assert clearway("sample", folder).exit_code == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def samples(made_samples: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Samples that the tests of a file may write into."""
+    folder = tmp_path_factory.mktemp("copied").resolve() / "samples"
+    return Path(shutil.copytree(made_samples, folder))

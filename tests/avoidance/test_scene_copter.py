@@ -67,9 +67,8 @@ def test_what_does_not_suit_the_kind_is_refused(tmp_path):
         cw.assess(path)
 
 
-def test_a_recording_is_not_played_with_it(tmp_path):
-    assert clearway("sample", tmp_path / "all").exit_code == 0
-    scans = tmp_path / "all" / "velodyne"
+def test_a_recording_is_not_played_with_it(samples):
+    scans = samples / "velodyne"
     done = clearway("assess", "--scan", scans, "--all", "--vehicle", "multirotor", "--no-plots")
     assert done.exit_code == 2
     assert "a recording does not tell how fast a multirotor was" in " ".join(done.stderr.split())

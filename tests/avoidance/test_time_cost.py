@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,12 +24,21 @@ from clearway.reach.store import ReachLibrary
 from clearway.vehicle.automaton import MovementAutomaton
 
 COPTER = MovementAutomaton.multirotor(speed_mps=8.0, acceleration_mps2=4.0)
-LIBRARY = ReachLibrary.build(COPTER, AvoidanceGrid.uniform(range_m=30.0))
-PLANNER = Planner.of(LIBRARY, AvoidanceSettings(escape="off"))
+
+
+@cache
+def library() -> ReachLibrary:
+    """Built when a test asks for it: every process collects this module."""
+    return ReachLibrary.build(COPTER, AvoidanceGrid.uniform(range_m=30.0))
+
+
+@cache
+def without_escapes() -> Planner:
+    return Planner.of(library(), AvoidanceSettings(escape="off"))
 
 
 def to_go_s(at: int, target: tuple[float, float, float], *, final: bool = False) -> np.ndarray:
-    reach_set = LIBRARY.reach_sets[at]
+    reach_set = library().reach_sets[at]
     place = np.array(target)
     goal = Goal(place, place, 1.0, final)
     nodes = np.flatnonzero(reach_set.exit_kind == 1)
@@ -36,8 +47,8 @@ def to_go_s(at: int, target: tuple[float, float, float], *, final: bool = False)
 
 def test_it_is_never_less_than_the_straight_way_at_full_speed() -> None:
     target = np.array([200.0, 40.0, 0.0])
-    for at in range(0, len(LIBRARY.reach_sets), 5):
-        reach_set = LIBRARY.reach_sets[at]
+    for at in range(0, len(library().reach_sets), 5):
+        reach_set = library().reach_sets[at]
         nodes = np.flatnonzero(reach_set.exit_kind == 1)
         away = np.linalg.norm(reach_set.states[nodes, :2] - target[:2], axis=1)
         assert np.all(to_go_s(at, tuple(target)) >= away / 8.0 - 1e-9)
@@ -48,7 +59,7 @@ def test_towards_the_goal_speed_saves_what_it_takes_to_gain() -> None:
     able = speed_abilities(COPTER)
     assert able.acceleration_mps2 == pytest.approx(4.0)
     assert able.fastest_mps == 8.0
-    reach_set = LIBRARY.reach_sets[0]
+    reach_set = library().reach_sets[0]
     nodes = np.flatnonzero(reach_set.exit_kind == 1)
     classes = COPTER.classes
     assert classes is not None
@@ -81,7 +92,7 @@ def test_in_empty_air_it_arrives_without_porpoising(
     assert COPTER.classes is not None
     state, track, at = COPTER.in_class(state, None), [state.position_m], 0
     while np.linalg.norm(state.position_m - target) > 1.5 and at < 80:
-        decision = decide(PLANNER, Situation(state, target, reach_radius_m=1.5))
+        decision = decide(without_escapes(), Situation(state, target, reach_radius_m=1.5))
         vector = COPTER.rollout(state.vector, decision.movements[:1]).states
         track += list(vector[1:, :3])
         if np.any(np.linalg.norm(vector[:, :3] - target, axis=1) <= 1.5):
@@ -109,7 +120,7 @@ def test_vehicles_without_speeds_have_none() -> None:
 
 
 def test_sets_that_may_be_asked_for_next_are_prepared_one_at_a_time() -> None:
-    planner, classes = Planner.of(LIBRARY), COPTER.classes
+    planner, classes = Planner.of(library()), COPTER.classes
     assert classes is not None
     count = 0
     while prepare_next(planner, None):
@@ -120,7 +131,7 @@ def test_sets_that_may_be_asked_for_next_are_prepared_one_at_a_time() -> None:
 
 
 def test_before_take_off_all_can_be_prepared() -> None:
-    planner, classes = Planner.of(LIBRARY, AvoidanceSettings(escape="off")), COPTER.classes
+    planner, classes = Planner.of(library(), AvoidanceSettings(escape="off")), COPTER.classes
     assert classes is not None
     mission = Mission("on", State(np.zeros(3)), waypoints_m=np.array([[50.0, 0.0, 0.0]]))
     AvoidanceSystem(planner, mission).warm_up()

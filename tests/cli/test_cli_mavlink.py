@@ -42,8 +42,6 @@ from own_process import run_clearway
 from repository import REPOSITORY
 from simulated_flight import looped
 
-pytestmark = pytest.mark.realtime
-
 EXAMPLE = REPOSITORY / "examples/missions/mavlink.toml"
 MARGIN_M = 0.6
 
@@ -160,6 +158,7 @@ class Telemetry(threading.Thread):
         self.socket.close()
 
 
+@pytest.mark.realtime
 @pytest.mark.nightly
 def test_read_only_listens_decides_and_is_silent_among_bad_frames(tmp_path: Path) -> None:
     key = tmp_path / "key"
@@ -186,6 +185,7 @@ def test_read_only_listens_decides_and_is_silent_among_bad_frames(tmp_path: Path
     assert lines["sent"].split()[1:] == ["HEARTBEAT"]
 
 
+@pytest.mark.realtime
 def test_a_check_tells_what_comes_how_often_and_what_is_missing(tmp_path: Path) -> None:
     key = tmp_path / "key"
     key.write_bytes(KEY)
@@ -271,6 +271,7 @@ def test_without_pymavlink_the_extra_is_named() -> None:
 # --- the loop -----------------------------------------------------------------------------------
 
 
+@pytest.mark.realtime
 def test_ticks_that_come_late_are_counted_and_left_out() -> None:
     counts: Counter[str] = Counter()
     bench, link = Bench(), open_link("udpin:127.0.0.1:0", counts)
@@ -356,6 +357,7 @@ def test_addresses(text: str, address: Address) -> None:
     assert Address.parse(text) == address
 
 
+@pytest.mark.realtime
 def test_a_serial_line_carries_frames_both_ways() -> None:
     ours, theirs = pty.openpty()
     counts: Counter[str] = Counter()
@@ -402,6 +404,7 @@ def test_a_baud_that_there_is_not() -> None:
     os.close(theirs)
 
 
+@pytest.mark.realtime
 def test_udp_answers_whoever_it_is_told_to() -> None:
     counts: Counter[str] = Counter()
     link = open_link("udpin:127.0.0.1:0", counts)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import re
 import shlex
 from pathlib import Path
 
 import pytest
+from tools.transcripts import BLOCK, pages
 
 from clearway.io.foreign import read_json
 from clearway.io.maps.json_sequence import read_sequence
@@ -28,6 +30,12 @@ LONG = ("campaign", "compare", "risk")
 SLOW = ("survey-mission.toml", "way.kml", "dji.kmz", "N50E008.hgt")
 DRAWS = ("assess", "fly", "map", "compare")
 COMMANDS = [one.command for one in SAMPLES if one.command]
+SHOWN = {
+    re.sub(r" --no-plots| \|.*| 2>.*", "", block[1])
+    for text in pages().values()
+    for block in BLOCK.finditer(text)
+}
+"""Commands that pages show: `tests/house/test_transcripts.py` runs them, and reads the result."""
 
 
 def hashes(folder: Path) -> dict[str, str]:
@@ -146,7 +154,7 @@ def test_every_kind_of_plans_and_poses_has_a_sample() -> None:
     "command",
     [
         pytest.param(command, marks=pytest.mark.nightly)
-        if command.split()[1] in LONG or command.endswith(SLOW)
+        if command.split()[1] in LONG or command.endswith(SLOW) or command in SHOWN
         else command
         for command in COMMANDS
     ],

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from in_process import clearway
-from own_process import CLEARWAY, run_clearway
+from own_process import CLEARWAY
 
 FEW = "--workers 1 --out out"
 COMMANDS = {
-    "fly my-mission.toml --out out": "reached            yes",
-    "fly my-mission.toml --no-plots --json --out out": '"reached": true',
+    "fly brief.toml --out out": "reached            yes",
+    "fly brief.toml --no-plots --json --out out": '"reached": true',
     "traffic day.jsonl.gz --out out": "aircraft",
     "assess my-scene.toml --out out": "trajectories",
 }
@@ -41,11 +41,20 @@ LONGER = {
 }
 
 
+BRIEF = """
+[mission]
+name = "brief"
+waypoints_m = [[6, 0, 0]]
+
+[[lidar]]
+beams_per_cell = [6, 4]
+"""
+
+
 @pytest.fixture(scope="module")
-def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("samples") / "made"
-    assert clearway("sample", folder).exit_code == 0
-    return folder
+def samples(samples: Path) -> Path:
+    (samples / "brief.toml").write_text(BRIEF)
+    return samples
 
 
 def on_a_full_disk(line: str, cwd: Path, most_bytes: int = 0) -> subprocess.CompletedProcess[str]:
@@ -97,14 +106,14 @@ def test_a_recording_that_cannot_be_written_is_one_line(samples: Path) -> None:
 
 def test_a_picture_that_cannot_be_written_costs_no_log(samples: Path) -> None:
     """Room for the logs, none for a picture of many dots."""
-    line = "fly my-mission.toml --no-mcap --dpi 600 --out drawn"
+    line = "fly brief.toml --no-mcap --dpi 600 --out drawn"
     done = on_a_full_disk(line, samples, most_bytes=300_000)
     assert done.returncode == 2, done.stderr
     assert done.stderr.splitlines()[-1] == "drawn: cannot be written: File too large"
     logs = {path.name for path in (samples / "drawn").iterdir()}
     assert {"decisions.jsonl", "mission.toml", "summary.json", "track.csv"} <= logs
     assert not [name for name in logs if name.endswith(".png")]
-    again = run_clearway(*line.replace("600", "50").split(), cwd=samples)
+    again = clearway(*line.replace("600", "50").split(), cwd=samples)
     assert again.returncode == 0, again.stderr
     assert logs < {path.name for path in (samples / "drawn").iterdir()}
 
@@ -115,7 +124,7 @@ def test_a_campaign_tells_its_table_and_goes_on_from_its_journal(samples: Path) 
     assert done.returncode == 2, done.stderr
     assert "forest" in done.stdout
     assert "results.parquet: cannot be written: " in done.stderr.splitlines()[-1]
-    again = run_clearway(*line.split(), cwd=samples)
+    again = clearway(*line.split(), cwd=samples)
     assert "0 flights flown, 2 in " in again.stderr
     assert again.stdout == done.stdout
 
@@ -125,7 +134,7 @@ def test_a_journal_that_cannot_grow_is_told_and_gone_on_with(samples: Path) -> N
     done = on_a_full_disk(line, samples, most_bytes=1500)
     assert done.returncode == 2, done.stderr
     assert "journal.jsonl: cannot be written: File too large" in done.stderr.splitlines()[-1]
-    again = run_clearway(*line.split(), cwd=samples)
+    again = clearway(*line.split(), cwd=samples)
     assert "1 flights flown, 2 in " in again.stderr
 
 
@@ -139,7 +148,7 @@ def test_what_was_there_stays_where_nothing_can_take_its_place(samples: Path) ->
     done = on_a_full_disk(study, samples)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1] == "kept.jsonl: cannot be written: File too large"
-    assert run_clearway(*study.split(), cwd=samples).returncode in (0, 1, 3)
+    assert clearway(*study.split(), cwd=samples).returncode in (0, 1, 3)
     assert len(journal.read_text().splitlines()) == 2
 
 
@@ -164,7 +173,7 @@ def test_files_are_written_although_nobody_reads_the_result(samples: Path) -> No
     os.close(read)
     try:
         done = subprocess.run(
-            [*CLEARWAY, "fly", "my-mission.toml", "--no-plots", "--out", "unread"],
+            [*CLEARWAY, "fly", "brief.toml", "--no-plots", "--out", "unread"],
             cwd=samples,
             stdout=written,
             stderr=subprocess.PIPE,

@@ -6,15 +6,27 @@ from tools.fuzz.mutate import mutated
 from tools.fuzz.run import Case, tried, whole_files
 from tools.fuzz.seeds import FORMATS
 
-EACH, EACH_APART = 6, 1
+EACH, EACH_APART = 3, 1
+"""By day; a night run damages more of each, `make fuzz` as many as wanted."""
+AT_NIGHT = 6
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files(name):
+    damage(name, range(EACH_APART if FORMATS[name].apart else EACH))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", [name for name, one in FORMATS.items() if not one.apart])
+def test_more_damaged_files(name):
+    damage(name, range(EACH, AT_NIGHT))
+
+
+def damage(name, numbers):
     whole = whole_files(name)
     if not whole:
         pytest.skip("needs data: no whole file of this format")
-    for number in range(EACH_APART if FORMATS[name].apart else EACH):
+    for number in numbers:
         case = Case(name, 0, number, whole)
         outcome, found = tried(name, case.data)
         assert not found, (number, outcome)

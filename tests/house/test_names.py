@@ -10,22 +10,27 @@ import pytest
 import clearway
 
 PACKAGE = Path(clearway.__file__).parent
-TREES = {
-    str(file.relative_to(PACKAGE)): ast.parse(file.read_text(encoding="utf-8"))
-    for file in sorted(PACKAGE.rglob("*.py"))
-}
 COMMAND = "a command of `cli/` bears the command's name, which is that of the library's function"
 IN_SEVERAL_FILES = {"main": "the entry point of a program", "assess": COMMAND, "fly": COMMAND}
 """Public functions whose names may stand in several files, each with the reason."""
+
+
+@pytest.fixture(scope="module")
+def trees():
+    """Every file of the package, parsed when a test asks: each process collects this module."""
+    return {
+        str(file.relative_to(PACKAGE)): ast.parse(file.read_text(encoding="utf-8"))
+        for file in sorted(PACKAGE.rglob("*.py"))
+    }
 
 
 def more_than_once(places):
     return {name: found for name, found in places.items() if len(found) > 1}
 
 
-def test_no_class_name_twice():
+def test_no_class_name_twice(trees):
     places = defaultdict(list)
-    for file, tree in TREES.items():
+    for file, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 places[node.name].append(f"{file}:{node.lineno}")
@@ -33,9 +38,9 @@ def test_no_class_name_twice():
     assert len(places) > 300
 
 
-def test_no_public_function_name_in_two_files():
+def test_no_public_function_name_in_two_files(trees):
     places = defaultdict(set)
-    for file, tree in TREES.items():
+    for file, tree in trees.items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.name[0] != "_":
                 places[node.name].add(file)
@@ -43,10 +48,10 @@ def test_no_public_function_name_in_two_files():
     assert len(places) > 1000
 
 
-def test_no_imported_constant_has_two_values():
+def test_no_imported_constant_has_two_values(trees):
     """A constant that nobody imports is its file's own."""
     values = {}
-    for file, tree in TREES.items():
+    for file, tree in trees.items():
         module = "clearway." + file.removesuffix(".py").replace("/", ".")
         for node in tree.body:
             targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", 0)]
@@ -54,7 +59,7 @@ def test_no_imported_constant_has_two_values():
                 if isinstance(target, ast.Name) and target.id[0] != "_":
                     values[module, target.id] = ast.unparse(node.value) if node.value else ""
     places = defaultdict(dict)
-    for tree in TREES.values():
+    for tree in trees.values():
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom):
                 for alias in node.names:
@@ -92,20 +97,20 @@ def function_names(tree: ast.AST) -> set[str]:
     }
 
 
-def decorator_names() -> set[str]:
+def decorator_names(trees) -> set[str]:
     return {
         ast.unparse(getattr(one, "func", one))
-        for tree in TREES.values()
+        for tree in trees.values()
         for node in ast.walk(tree)
         for one in getattr(node, "decorator_list", ())
     }
 
 
-def test_functions_begin_with_verbs_not_participles():
-    decorators = decorator_names()
+def test_functions_begin_with_verbs_not_participles(trees):
+    decorators = decorator_names(trees)
     found = {
         file: names
-        for file, tree in TREES.items()
+        for file, tree in trees.items()
         if (names := {n for n in function_names(tree) - decorators if begins_with_participle(n)})
     }
     assert found == {}
@@ -136,8 +141,8 @@ def constants_in_one_line(tree: ast.Module) -> list[str]:
     ]
 
 
-def test_constants_stand_one_a_line():
-    found = {file: names for file, tree in TREES.items() if (names := constants_in_one_line(tree))}
+def test_constants_stand_one_a_line(trees):
+    found = {file: names for file, tree in trees.items() if (names := constants_in_one_line(tree))}
     assert found == {}
 
 

@@ -1,11 +1,14 @@
 """The package as strangers get it: public names, start-up, a wheel that runs elsewhere."""
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 import zipfile
 
 import pytest
+from tools.requirements import requirements_of
 
 import clearway
 from repository import REPOSITORY
@@ -30,6 +33,14 @@ def test_the_command_line_starts_without_the_heavy_libraries():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_make_installs_what_every_extra_needs():
+    (extras,) = re.findall(r"^EXTRAS := (.*)$", (REPOSITORY / "Makefile").read_text(), re.MULTILINE)
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))["project"]
+    installed = requirements_of(extras.split(","))
+    asked = [project["dependencies"], *project["optional-dependencies"].values()]
+    assert {one for each in asked for one in each} == set(installed)
 
 
 def test_a_wheel_runs_outside_the_checkout(tmp_path):

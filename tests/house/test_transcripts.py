@@ -17,13 +17,6 @@ def in_this_process(words: Sequence[str], folder: Path) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
-@pytest.fixture(scope="module")
-def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("transcripts") / "samples"
-    assert clearway("sample", folder).exit_code == 0
-    return folder.resolve()
-
-
 def test_there_are_pages_with_transcripts() -> None:
     assert len(pages()) >= 6
 

@@ -185,6 +185,7 @@ def test_odometry_alone_leaves_the_lidar_at_the_vehicle(tmp_path: Path) -> None:
 # --- real recordings --------------------------------------------------------------------------
 
 
+@pytest.mark.nightly
 def test_the_old_cloud_and_the_voxels_of_a_real_bag_are_the_same_place(data_dir: Path) -> None:
     from scipy.spatial import cKDTree
 

@@ -222,10 +222,9 @@ OWN = [
 ]
 
 
-def test_clearways_own_samples_bring_the_command_that_takes_them(tmp_path: Path) -> None:
-    assert clearway("sample", "made", cwd=tmp_path).returncode == 0
+def test_clearways_own_samples_bring_the_command_that_takes_them(samples: Path) -> None:
     for line, taken in OWN:
-        done = clearway(*line.split(), cwd=tmp_path / "made")
+        done = clearway(*line.split(), cwd=samples)
         assert done.returncode == 2
         assert f"{line.split()[-1]}: it looks like" in done.stderr, line
         assert f"`{taken}` takes" in done.stderr, line

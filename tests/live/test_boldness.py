@@ -41,10 +41,15 @@ def through_the_street(seed: int = 0) -> Run:
     return flown(STREET, BEYOND, settings={"escape": "known"}, time_limit_s=360.0, seed=seed)
 
 
-def test_the_only_way_is_flown_once_others_have_come_to_nothing() -> None:
+@pytest.mark.parametrize(
+    ("seeds", "most"), [((0,), 1), pytest.param((0, 1, 2, 3), 3, marks=pytest.mark.nightly)]
+)
+def test_the_only_way_is_flown_once_others_have_come_to_nothing(
+    seeds: tuple[int, ...], most: int
+) -> None:
     """In that time by most: which one looks elsewhere for longer is chance."""
-    runs = [through_the_street(seed) for seed in range(4)]
-    assert sum(run.reached for run in runs) >= 3
+    runs = [through_the_street(seed) for seed in seeds]
+    assert sum(run.reached for run in runs) >= most
     for run in runs:
         assert run.metrics.margin_violations == 0
         inside = run.time_s[(run.states[:, 0] > 25.0) & (run.states[:, 0] < 32.0)]
@@ -90,7 +95,7 @@ def test_a_new_goal_of_whoever_flies_begins_with_patience() -> None:
     ("gap_m", "aside_m", "length_m"),
     [
         (5.0, 40.0, 6.0),
-        (4.0, -20.0, 6.0),
+        pytest.param(4.0, -20.0, 6.0, marks=pytest.mark.nightly),
         pytest.param(4.0, 8.0, 24.0, marks=pytest.mark.nightly),
     ],
 )

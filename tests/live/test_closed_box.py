@@ -66,6 +66,7 @@ def holds_and_says_why(run: Run) -> None:
     assert "as far as is seen" in hold.mode_state.transition
 
 
+@pytest.mark.nightly
 def test_a_multirotor_holds_inside_and_says_why() -> None:
     library = ReachLibrary.build(MovementAutomaton.inertialess(), GRID)
     holds_and_says_why(in_the_box(library, box(16.0, 14.0, 9.0, 9.0), 160.0))

@@ -1,6 +1,7 @@
 """The route field against closed answers of the eikonal equation, and what holds of any field."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -26,10 +27,14 @@ from clearway.vehicle.automaton import MovementAutomaton
 MARGIN_M = 0.4
 WIDTH_M = 0.4
 GAP_M = 0.25
-LIBRARY = ReachLibrary.build(
-    MovementAutomaton.multirotor(speed_mps=5.0), AvoidanceGrid.uniform(range_m=20.0)
-)
 STEADY = Pace(10.0, np.inf, 1.0, 4.0, 2.0)
+
+
+@cache
+def library() -> ReachLibrary:
+    """Built when a test asks for it: every process collects this module."""
+    copter = MovementAutomaton.multirotor(speed_mps=5.0)
+    return ReachLibrary.build(copter, AvoidanceGrid.uniform(range_m=20.0))
 
 
 def planner(pace: Pace = STEADY, *, slow_mps: float = 10.0, top_m: float = 1.0) -> RoutePlanner:
@@ -259,7 +264,7 @@ def ruled(*rules: Rule, waypoint_m: tuple[float, float, float] = (20.0, 0.0, 1.0
     start = State(np.array([0.0, 0.0, 1.0]))
     mission = Mission("there", start, waypoints_m=np.array([waypoint_m]))
     settings = RouteSettings(STEADY, MARGIN_M, 1.0, 30.0, 10.0, 1.2)
-    besides = find_known_clearance(Planner.of(LIBRARY, rules=rules), mission, None)
+    besides = find_known_clearance(Planner.of(library(), rules=rules), mission, None)
     return RoutePlanner(settings, route_cells_for(WIDTH_M, 100.0, 1.0, 1.0, 1.0), besides)
 
 
@@ -289,7 +294,7 @@ def test_another_route_is_kept_near_from_then_on() -> None:
     assert not field_round(np.zeros((0, 3)), aside, of)[1]
     start = State(np.array([0.0, 0.0, 1.0]))
     other = Mission("aside", start, waypoints_m=aside[None])
-    of.begin_anew(find_known_clearance(Planner.of(LIBRARY, rules=[near_route(5.0)]), other, None))
+    of.begin_anew(find_known_clearance(Planner.of(library(), rules=[near_route(5.0)]), other, None))
     assert field_round(np.zeros((0, 3)), aside, of)[1]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from clearway.live.recovery.run_up import LEAST, MOST, run_up
 from clearway.live.routing.seen_planner import SeenPlanner
@@ -81,6 +82,7 @@ def test_a_place_that_was_tried_gives_way_to_another() -> None:
     assert place[1] < 0.0
 
 
+@pytest.mark.nightly
 def test_a_waypoint_at_a_corner_of_streets_is_reached_though_it_was_missed() -> None:
     """Between houses 8 m apart the plane circled it until its time was up."""
     case = make_case("street", 0, {}, {"safety": {"escape": "known"}}, Path())

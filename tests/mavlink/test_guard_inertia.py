@@ -51,7 +51,9 @@ def at_a_mast(speed_mps: float, kind: str, until_s: float) -> GuardedCopter:
     return flight
 
 
-@pytest.mark.parametrize("speed_mps", [pytest.param(2.0, marks=pytest.mark.nightly), 3.0, 5.0])
+@pytest.mark.parametrize(
+    "speed_mps", [*(pytest.param(one, marks=pytest.mark.nightly) for one in (2.0, 3.0)), 5.0]
+)
 def test_it_stops_before_a_mast_and_does_not_creep(speed_mps: float) -> None:
     flight = at_a_mast(speed_mps, "multirotor", 8.0 + 20.0 / speed_mps)
     assert flight.autopilot.nearest_obstacle_m >= MARGIN_M
@@ -60,7 +62,7 @@ def test_it_stops_before_a_mast_and_does_not_creep(speed_mps: float) -> None:
     assert flight.session.core.tally["replaced"] > 0
 
 
-@pytest.mark.parametrize("speed_mps", [3.0, 5.0])
+@pytest.mark.parametrize("speed_mps", [pytest.param(3.0, marks=pytest.mark.nightly), 5.0])
 def test_braking_that_nobody_declares_is_assumed_and_said(speed_mps: float) -> None:
     flight = at_a_mast(speed_mps, "inertialess", 8.0 + 20.0 / speed_mps)
     assert flight.guardian.acceleration_mps2 == pytest.approx(3.0)
@@ -68,7 +70,10 @@ def test_braking_that_nobody_declares_is_assumed_and_said(speed_mps: float) -> N
     assert flight.autopilot.nearest_obstacle_m >= MARGIN_M
 
 
-@pytest.mark.parametrize(("wished_mps", "bearing_deg"), [(5.0, 90.0), (5.0, 150.0), (0.0, 90.0)])
+@pytest.mark.parametrize(
+    ("wished_mps", "bearing_deg"),
+    [(5.0, 90.0), pytest.param(5.0, 150.0, marks=pytest.mark.nightly), (0.0, 90.0)],
+)
 def test_a_wish_waits_until_an_aircraft_has_passed(wished_mps: float, bearing_deg: float) -> None:
     """One at 20 m/s that would hit in 13 s, also while nothing moves."""
     file, setup = guarded(5.0, "multirotor", 40.0, WIDE_M, sees=False)

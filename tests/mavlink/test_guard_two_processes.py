@@ -14,8 +14,6 @@ pytest.importorskip("pymavlink", reason="needs the packages of [mavlink]")
 
 from free_ports import free_port
 
-pytestmark = pytest.mark.realtime
-
 PILLAR = """
 [mission]
 name = "guarded"

@@ -56,7 +56,7 @@ def last_target(flight: SimulatedFlight) -> Any:
     return flight.autopilot.target
 
 
-@pytest.mark.parametrize("speed_mps", [5.0, 10.0])
+@pytest.mark.parametrize("speed_mps", [pytest.param(5.0, marks=pytest.mark.nightly), 10.0])
 def test_it_flies_past_a_mast_at_speed(speed_mps: float) -> None:
     """By set-points with velocity and acceleration, so that it keeps near its plan."""
     flight = led(speed_mps, None)

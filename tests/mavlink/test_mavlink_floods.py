@@ -43,8 +43,6 @@ from mavlink_for_tests import (
     position,
 )
 
-pytestmark = pytest.mark.realtime
-
 SUPPORT = Path(__file__).parents[1] / "support"
 GUARDED = """
 [mission]
@@ -174,6 +172,7 @@ class Vehicle(threading.Thread):
                 self.told += 1
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("kind", ["all", pytest.param("unsigned", marks=pytest.mark.nightly)])
 def test_a_flood_over_a_real_socket_leaves_the_link_up(kind: str, tmp_path: Path) -> None:
     bench, counts = Bench(key=KEY), Counter[str]()
@@ -218,6 +217,7 @@ def test_commands_of_who_has_the_key_come_through_a_flood() -> None:
     assert dict(box.refused) == {"unsigned": 10_000}
 
 
+@pytest.mark.realtime
 @pytest.mark.nightly
 def test_a_guardian_is_flown_through_floods_on_both_of_its_links(tmp_path: Path) -> None:
     """`clearway guard` in one process, the vehicle and its pilot in another, a flood in a third."""

@@ -21,10 +21,14 @@ def flown(file: MissionFile, **safety: object) -> Run:
     return prepare(file.with_values("safety", **safety) if safety else file).fly()
 
 
-@pytest.fixture(scope="module")
-def walls() -> MissionFile:
+@pytest.fixture(
+    scope="module",
+    params=[120.0, pytest.param(900.0, marks=pytest.mark.nightly)],
+    ids="{:g}s".format,
+)
+def walls(request: pytest.FixtureRequest) -> MissionFile:
     """A plane that turns in 3.8 m, past walls with gaps: no escape is seen behind them."""
-    return read_mission("walls:0")
+    return read_mission("walls:0").with_values("simulation", time_limit_s=request.param)
 
 
 @pytest.fixture(scope="module")

@@ -26,10 +26,8 @@ def test_a_multirotor_flies_back_out(family: str, seed: int) -> None:
     assert run.metrics.time_s <= 5.0 * run.mission.straight_length_m
 
 
-@pytest.mark.parametrize(
-    ("family", "first"),
-    [("room", 800), pytest.param("closed-street", 0, marks=pytest.mark.nightly)],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("family", "first"), [("room", 800), ("closed-street", 0)])
 def test_most_are_left_in_time(family: str, first: int) -> None:
     """All keep the margin; which one takes longer than its time is chance."""
     cases = [make_case(family, first + n, {}, MULTIROTOR, Path()) for n in range(4)]

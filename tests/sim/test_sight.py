@@ -43,6 +43,7 @@ def test_in_a_box_too_narrow_to_turn_in_every_motion_ends() -> None:
     assert found(box(6.0)) == (False, True)
 
 
+@pytest.mark.nightly
 def test_in_a_box_with_room_for_a_circle_one_goes_on() -> None:
     # A circle of 7.6 m and the margin on both sides, beside the start.
     assert found(box(18.0), cell_m=0.5, most=400_000) == (True, True)

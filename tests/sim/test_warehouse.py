@@ -21,7 +21,9 @@ def solids_of(seed: int, aisle_m: tuple[float, float] = (3.0, 4.0)) -> Solids:
     return Solids.of(warehouse(seed, aisle_m).world.obstacles)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(1, 6))]
+)
 def test_a_way_through_the_aisles_keeps_the_margin_and_none_leads_over_the_racks(seed: int) -> None:
     made = warehouse(seed)
     ends = made.mission.start.position_m, made.mission.waypoints_m[-1]

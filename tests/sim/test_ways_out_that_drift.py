@@ -79,7 +79,9 @@ def room(half_m: float, height_m: float) -> str:
     )
 
 
-@pytest.mark.parametrize("wind", [[0.29, 0.06, 0.0], [0.25, -0.1, 0.0]])
+@pytest.mark.parametrize(
+    "wind", [[0.29, 0.06, 0.0], pytest.param([0.25, -0.1, 0.0], marks=pytest.mark.nightly)]
+)
 def test_wind_takes_no_way_out_before_a_wall(tmp_path: Path, wind: list[float]) -> None:
     wall = slabs(((12.0, 0.0, 0.0), (0.5, 24.0, 32.0)))
     vehicle = "turn_step_deg = 15.0\nbody_radius_m = 0.2"

@@ -430,7 +430,9 @@ def test_files_of_the_standard_campaign_are_looked_for_where_they_stand() -> Non
 # Bad input ---------------------------------------------------------------------------------
 
 
-def test_bad_requests_end_with_2_and_leave_nothing(small: Path, tmp_path: Path) -> None:
+def test_bad_requests_end_with_2_and_leave_nothing(
+    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "r.parquet").write_text("no parquet")
     for arguments, said in (
         (("swamp",), "quick, rain, standard"),
@@ -443,5 +445,6 @@ def test_bad_requests_end_with_2_and_leave_nothing(small: Path, tmp_path: Path) 
     assert [each.name for each in tmp_path.iterdir()] == ["r.parquet"]
     with pytest.raises(InputError, match="no Parquet file"):
         read_results(tmp_path / "r.parquet")
+    monkeypatch.setattr("clearway.studies.campaigns.engines.ANSWERS_WITHIN_S", 0.5)
     with pytest.raises(InputError, match="no scheduler answers"):
         list(on_cluster("tcp://127.0.0.1:1")(tasks_of(read_campaign(str(small)))))

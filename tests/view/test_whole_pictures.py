@@ -21,13 +21,6 @@ GO_ON = frozenset(
 LONG = "through the old town, past the tower and over the river to the northern landing place " * 2
 
 
-@pytest.fixture(scope="module")
-def samples(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("samples")
-    assert clearway("sample", folder / "all").exit_code == 0
-    return folder / "all"
-
-
 Drawn = Callable[..., dict[str, list[str]]]
 
 
@@ -73,6 +66,7 @@ def test_nothing_is_cut_off_or_without_a_name(drawn: Drawn, command: str) -> Non
     assert {name: flaws for name, flaws in pictures.items() if flaws} == {}
 
 
+@pytest.mark.nightly
 def test_a_flight_of_a_long_name_is_drawn_whole(drawn: Drawn, tmp_path: Path) -> None:
     (tmp_path / "long.toml").write_text(SHORT.replace("short <one>", LONG[:120].strip()))
     pictures = drawn(f"fly {tmp_path / 'long.toml'} --no-mcap")
