@@ -1,6 +1,7 @@
 """`clearway why`: crashes made with one fault each get the name of that fault."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -21,22 +22,22 @@ from clearway.studies.why.ending import Event
 from clearway.studies.why.explain import explain_flight
 from clearway.studies.why.words import explain_in_words
 from in_process import clearway
-from made_crashes import CAUSES, make_crash, make_sound
-from made_logs import WRITERS
+from made_crashes import CAUSES, make_crash
+from made_logs import WRITERS, as_flown, without_clouds
 
 SHARE = 0.95
-FORMATS = ("run", "MCAP", "ULog", "DataFlash")
+LOGS = ("run", "MCAP", "ULog", "DataFlash")
 SITL_LOG = Path(__file__).parents[3] / "shared/data/logs/px4_sitl_sample_px4_events.ulg"
 
 
 @cache
 def crash(cause, seed=0):
-    return make_crash(cause, seed)
+    return make_crash(seed, cause)
 
 
-def written(made, form, folder, **options):
+def written(made, form, folder, change=as_flown):
     """Log and mission of a crash; a run has its own mission."""
-    log = WRITERS[form](made, folder, **options)
+    log = WRITERS[form](made, folder, change)
     mission = folder / "mission.toml"
     write_toml(made.file.effective(), mission)
     return log, None if form == "run" else mission
@@ -68,7 +69,7 @@ def test_a_made_crash_gets_the_name_of_its_fault(cause, form, tmp_path):
 def test_nearly_all_made_crashes_of_four_formats_get_the_name_of_their_fault(tmp_path):
     wrong, count = [], 0
     for number, cause in enumerate(CAUSES):
-        for seed, form in enumerate(FORMATS):
+        for seed, form in enumerate(LOGS):
             folder = tmp_path / f"{number}-{seed}"
             folder.mkdir()
             found = cause_of(crash(cause, 100 + seed), form, folder)
@@ -78,9 +79,9 @@ def test_nearly_all_made_crashes_of_four_formats_get_the_name_of_their_fault(tmp
     assert count - len(wrong) >= SHARE * count, wrong
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", LOGS)
 def test_a_log_without_clouds_is_not_recorded(form, tmp_path):
-    log, mission = written(crash("late decision"), form, tmp_path, clouds=False)
+    log, mission = written(crash("late decision"), form, tmp_path, without_clouds)
     answer = explain_flight(log, mission).answer
     assert answer.ending.event is Event.CONTACT
     assert answer.cause is CrashCause.NOT_RECORDED
@@ -94,10 +95,12 @@ def test_what_is_told_of_a_late_decision(tmp_path):
     assert done.exit_code == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["cause"] == "late decision"
-    assert told["time_s"] == pytest.approx(made.run.crashed_s - 0.3, abs=0.2)
-    sight = told["sights"][0]
+    assert told["time_s"] == pytest.approx(made.flight.time_s[-1], abs=0.3)
+    sight, (shown_s, shown_m) = told["sights"][0], made.flight.shown[0]
     assert sight["sensor"] == "/front/points"
-    assert 9.0 < sight["away_m"] < 10.5
+    # It may first have shown another part of what was hit.
+    assert shown_s - 0.01 <= sight["time_s"] < shown_s + 2.0
+    assert sight["away_m"] < shown_m + made.case.danger.wide
     assert told["clearway"]["time_s"] < told["last_clear"]["time_s"] < told["time_s"]
     assert told["clearway"]["kept_m"] > told["body_radius_m"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
@@ -105,19 +108,22 @@ def test_what_is_told_of_a_late_decision(tmp_path):
 
 
 def test_a_flight_that_kept_its_margin_has_no_cause(tmp_path):
-    sound = make_sound("unseen", 0)
-    assert sound.run.metrics.min_obstacle_distance_m > 0.6
+    made = crash("unseen")
+    sound = replace(made, flight=made.sound)
+    least = sound.flight.surface_m.min()
+    assert least > made.case.craft.margin_m
     explained = explain_flight(*written(sound, "MCAP", tmp_path))
     assert explained.answer.cause is CrashCause.NONE
     # Returns show no place nearer than the nearest one, and may miss that.
-    assert explained.answer.ending.nearest_m >= sound.run.metrics.min_obstacle_distance_m - 0.05
+    assert explained.answer.ending.nearest_m >= least - 0.1
 
 
 def test_a_crash_without_a_mission_states_what_is_assumed(tmp_path):
-    log, _ = written(crash("late decision"), "MCAP", tmp_path, clouds=False)
+    log, _ = written(crash("late decision"), "MCAP", tmp_path, without_clouds)
     done = clearway("why", log)
     assert done.exit_code == 3
-    assert "assumed a multirotor of 1 m/s" in done.stderr
+    speed = crash("late decision").case.craft.speed_mps
+    assert f"assumed a multirotor of {speed:g} m/s" in done.stderr
     assert "--mission" in done.stderr
 
 

@@ -1,178 +1,30 @@
-"""Crashes with one injected fault each, flown by a pilot that knows nothing of `clearway why`.
+"""Crashes drawn from a seed, each with one fault that alone is to blame.
 
-The pilot is a plane's of one metre a second: it remembers what its scans showed, or flies by its
-map, and takes the course nearest to its goal that keeps clear. A crash counts only if the flight
-without the fault touches nothing, so that the fault is its cause.
+Cause, format, vehicle, speed and place are drawn, in this order, before anything is flown. A crash
+counts only if the same flight without its fault touches nothing, and if the geometry proves what
+the cause claims (`_proven`). Nothing here knows `clearway why`: neither its code nor its limits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from clearway.base.state import State
 from clearway.io.toml import parse_model
-from clearway.live.mission import Mode
 from clearway.missions.mission_file import MissionFile
-from clearway.missions.setup import FlightSetup, prepare
-from clearway.sensors import Scan
-from clearway.sim import Run, simulate
+from clearway.missions.place_sections import WorldObstacleSection
+from clearway.missions.sensor_section import mission_sensors
+from clearway.obstacles.obstacle_map import ObstacleMap
+from crash_cases import CAUSES, DRAW, NO_FAULT, Case, Shape
+from crash_flights import Course, Craft, Fault, Flight, Place, escapes, fly
 
-KEEP_M, LOOKED_M, TURN_RAD, MOST_TURNS = 0.95, 9.0, np.radians(15.0), 9
-GOAL_M = (60.0, 0.0, 0.0)
-TALL_M = 30.0
-BODY_M = 0.3
-CAUSES = (
-    "unseen",
-    "seen late",
-    "sensor dead",
-    "wrong map",
-    "undeclared wind",
-    "late decision",
-    "no escape",
-)
-
-
-@dataclass(frozen=True)
-class Fault:
-    """What is wrong; the defaults are nothing."""
-
-    blind_rad: float = 0.0
-    """Half width of a sector ahead that returns nothing."""
-    farthest_m: float = np.inf
-    """Beyond which the sensor returns nothing, whatever it promises."""
-    dead_s: float = np.inf
-    """From when no scan comes."""
-    frozen_s: tuple[float, float] = (np.inf, np.inf)
-    """Between which the pilot takes no new course."""
-    wind_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Case:
-    """One flight to be made: with its fault, and without."""
-
-    cause: str
-    boxes: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]
-    """Place and size of what is really there."""
-    fault: Fault = Fault()
-    charted: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = ()
-    """Of what the map shows."""
-    sound_boxes: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] | None = None
-    """What is there without the fault, where the fault is of the place."""
-    by_map: bool = False
-    commits: int = 1
-    """Movements of a course that are flown before the next is taken."""
-
-
-@dataclass
-class FaultySensor:
-    """A sensor whose returns the fault takes away; keeps what is left."""
-
-    sensor: Any
-    fault: Fault
-    kept: list[Scan] = field(default_factory=list)
-
-    @property
-    def name(self) -> str:
-        return str(self.sensor.name)
-
-    def scan(self, world: Any, state: State, rng: np.random.Generator) -> Scan:
-        from clearway.sensors import simulate_scan
-
-        scan = simulate_scan(self.sensor, world, state, rng)
-        points = scan.points_m
-        azimuth = np.arctan2(points[:, 1], points[:, 0])
-        shown = np.linalg.norm(points, axis=1) <= self.fault.farthest_m
-        if self.fault.blind_rad:
-            shown &= np.abs(azimuth) > self.fault.blind_rad
-        scan = replace(scan, points_m=points[shown])
-        if scan.time_s < self.fault.dead_s:
-            self.kept.append(scan)
-        return scan
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A decision of the pilot."""
-
-    time_s: float
-    movements: tuple[str, ...]
-    state: State
-    mode: Mode = Mode.NAVIGATION
-    goal: int = 0
-    explanation: str = "the clearest course nearest to the goal"
-    counts: Mapping[str, int] = field(default_factory=dict)
-
-
-class CoursePilot:
-    """Takes turns and then a straight course that keep clear of what it knows."""
-
-    def __init__(self, setup: FlightSetup, case: Case, fault: Fault) -> None:
-        self.planner, self.mission = setup.planner, setup.mission
-        self.counts: dict[str, int] = {}
-        self._case, self._fault = case, fault
-        self._map, self._seen = setup.obstacle_map, np.zeros((0, 3))
-        self._state = setup.mission.start
-        self._chosen: Chosen | None = None
-
-    def update(self, reading: Any) -> None:
-        if isinstance(reading, State):
-            self._state = reading
-        elif isinstance(reading, Scan) and reading.time_s < self._fault.dead_s:
-            level = reading.points_m @ self._state.world_from_body.T + self._state.position_m
-            self._seen = np.concatenate([self._seen, level[::3]])[-20_000:]
-
-    def due(self, now_s: float) -> str | None:
-        chosen = self._chosen
-        over = chosen is None or now_s >= chosen.time_s + len(chosen.movements) - 1e-6
-        return "the course is flown" if over else None
-
-    def decide(self, now_s: float) -> Chosen:
-        begin, end = self._fault.frozen_s
-        names = ("Straight",) if begin <= now_s < end else self._course()[: self._case.commits]
-        self._chosen = Chosen(now_s, names, self._state)
-        return self._chosen
-
-    def movement_at(self, time_s: float) -> Any:
-        if self._chosen is None:
-            return None
-        number = int(time_s - self._chosen.time_s + 1e-6)
-        if not 0 <= number < len(self._chosen.movements):
-            return None
-        return self.planner.automaton.chain(self._chosen.movements[number : number + 1])[0]
-
-    def _course(self) -> tuple[str, ...]:
-        place, yaw = self._state.position_m, float(self._state.attitude_rad[2])
-        away = np.asarray(GOAL_M) - place
-        wanted = np.arctan2(away[1], away[0])
-        courses = []
-        for turns in range(-MOST_TURNS, MOST_TURNS + 1):
-            off = yaw + turns * TURN_RAD - wanted
-            detour = abs(np.arctan2(np.sin(off), np.cos(off)))
-            courses.append((detour, turns, self._clearance(place, yaw, turns)))
-        clear = [one for one in courses if one[2] >= KEEP_M]
-        _, turns, _ = min(clear) if clear else max(courses, key=lambda one: one[2])
-        name = "Left" if turns > 0 else "Right"
-        return (name,) * abs(turns) + ("Straight",) * 8
-
-    def _clearance(self, place: Any, yaw: float, turns: int) -> float:
-        at, heading, way = place[:2].copy(), yaw, []
-        for number in range(int(LOOKED_M / 0.25) + abs(turns) * 4):
-            if number < abs(turns) * 4:
-                heading += np.sign(turns) * TURN_RAD / 4.0
-            at = at + 0.25 * np.array([np.cos(heading), np.sin(heading)])
-            way.append(at)
-        points = np.column_stack([np.array(way), np.full(len(way), place[2])])
-        if self._case.by_map:
-            return float(self._map.distance_m(points).min())
-        from scipy.spatial import cKDTree
-
-        near = self._seen[np.abs(self._seen[:, 2] - place[2]) < 2.0]
-        return float(cKDTree(near).query(points)[0].min()) if len(near) else np.inf
+FORMATS = ("run", "ROS", "ULog", "DataFlash")
+PLANES_ONLY = ("undeclared wind", "no escape")
+"""A copter that sees a wall in time stops; of its wind no log of poses shows anything."""
+PLANE_MPS, COPTER_MPS = (1.0, 3.0, 8.0), (2.0, 4.0, 8.0)
+MOST_DRAWS = 200
 
 
 @dataclass(frozen=True)
@@ -180,156 +32,171 @@ class MadeCrash:
     """A crash, and its true cause."""
 
     cause: str
+    form: str
+    case: Case
     file: MissionFile
     """What the vehicle declares: it knows of no fault."""
-    setup: FlightSetup
-    run: Run[Any]
-    scans: tuple[Scan, ...]
+    flight: Flight
+    sound: Flight
+    """The same without the fault."""
+    draws: int
+    seed: int
+
+    @property
+    def sees_m(self) -> float:
+        """How far its sensor promises to see."""
+        return sees_m(self.case.craft)
 
 
-def make_crash(cause: str, seed: int) -> MadeCrash:
-    """The first crash of a cause from a seed on that the flight without its fault does not have."""
-    for number in range(30):
+def make_crash(seed: int, cause: str | None = None, form: str | None = None) -> MadeCrash:
+    """The first proven crash of a seed; cause and format are drawn where they are not given."""
+    drawn = np.random.default_rng([seed, 56])
+    cause = cause or str(drawn.choice(CAUSES))
+    form = form or str(drawn.choice(FORMATS))
+    for number in range(MOST_DRAWS):
         rng = np.random.default_rng([seed, number, CAUSES.index(cause)])
-        case = CASES[cause](rng)
-        made = _flown(case, case.fault, case.boxes, int(rng.integers(1000)))
-        if not made.run.touched or not _blown_into(case, made.run):
+        case, file = _case(cause, rng)
+        flight = _flown(case, file, rng)
+        if not flight.hit_danger or not _proven(case, flight):
             continue
-        boxes = case.boxes if case.sound_boxes is None else case.sound_boxes
-        charted = case.boxes if case.by_map else case.charted
-        sound = _flown(replace(case, charted=charted), Fault(), boxes, 0)
-        if not sound.run.touched:
-            return made
+        sound = _flown_soundly(case, file, rng)
+        if not sound.touched:
+            return MadeCrash(cause, form, case, file, flight, sound, number + 1, seed)
     raise AssertionError(f"no crash by {cause} from seed {seed}")
 
 
-def make_sound(cause: str, seed: int) -> MadeCrash:
-    """A flight past what crashes of a cause hit, without the fault."""
-    case = CASES[cause](np.random.default_rng(seed))
-    return _flown(case, Fault(), case.boxes, seed)
+def _case(cause: str, rng: Any) -> tuple[Case, MissionFile]:
+    plane = cause in PLANES_ONLY or rng.random() < 0.5
+    speed = float(rng.choice(PLANE_MPS if plane else COPTER_MPS))
+    margin = max(0.6, 0.4 * speed) if plane else 0.6
+    craft = Craft(not plane, speed, float(rng.uniform(0.35, 0.6)) * margin, margin)
+    unit = sees_m(craft) / 10.0
+    case = DRAW[cause](rng, craft, unit)
+    case = replace(
+        case,
+        scans_hz=float(rng.choice([2.0, 4.0, 5.0, 10.0])),
+        heading_rad=float(rng.uniform(-np.pi, np.pi)),
+        origin_m=tuple(float(one) for one in rng.uniform(-200.0, 200.0, 3)),
+        ahead_m=case.danger.x + 10.0 * unit,
+    )
+    if cause != "wrong map" and rng.random() < 0.25:
+        case = replace(case, charted=(case.danger, *case.others))
+    return case, _mission(case)
 
 
-def _blown_into(case: Case, run: Run[Any]) -> bool:
-    """Whether a wind, where there is one, blows towards what was hit."""
-    wind = np.asarray(case.fault.wind_mps)
-    towards = np.asarray(case.boxes[0][0]) - run.states[-1, :3]
-    return not wind.any() or float(wind[1] * towards[1]) > 0.0
+def sees_m(craft: Craft) -> float:
+    """How far a vehicle's sensor promises to see: what suits it."""
+    from clearway.vehicle.scale import scale_of
+
+    return scale_of(_file(craft, {}).vehicle.to_automaton()).range_m
 
 
-def _flown(case: Case, fault: Fault, boxes: Any, seed: int) -> MadeCrash:
-    file = _mission(case, boxes, fault, seed)
-    setup = prepare(file)
-    sensor = FaultySensor(setup.sensors[0], fault)
-    pilot = CoursePilot(setup, case, fault)
-    run = simulate(pilot, setup.world, lidars=[sensor], settings=setup.simulation)
-    return MadeCrash(case.cause, file, setup, replace(run, planner="made"), tuple(sensor.kept))
+def _proven(case: Case, flight: Flight) -> bool:
+    """Whether geometry proves what the cause claims, beside the flight without the fault."""
+    craft, place = case.craft, place_of(case, case.charted)
+    outside = [one for one in flight.shown if one[1] > craft.margin_m]
+    if case.cause == "unseen":
+        return not outside  # What appears within the margin has been seen by nobody in time.
+    if case.cause == "sensor dead":
+        return not flight.shown
+    if case.cause == "seen late":
+        return bool(outside) and not escapes(craft, flight, place, outside[0][0])
+    if case.cause in ("late decision", "no escape"):
+        if not outside:
+            return False
+        free = escapes(craft, flight, place, outside[0][0])
+        return free is (case.cause == "late decision")
+    return bool(outside)
 
 
-def _mission(case: Case, boxes: Any, fault: Fault, seed: int) -> MissionFile:
-    shapes = [
-        {"shape": "cuboid", "position_m": list(place), "size_m": list(size), "known": known}
-        for known, those in (("world", boxes), ("map", case.charted))
-        for place, size in those
+def _flown(case: Case, file: MissionFile, rng: Any) -> Flight:
+    return _fly(case, file, place_of(case, case.charted), case.fault, rng)
+
+
+def _flown_soundly(case: Case, file: MissionFile, rng: Any) -> Flight:
+    """Without the fault: of a map the true one, of a dead end the open one."""
+    truth = (case.danger, *case.others)
+    place = place_of(case, truth if case.by_map else case.charted)
+    if case.cause == "no escape":
+        place = place_of(replace(case, danger=_far(case.danger)), case.charted)
+    return _fly(case, file, place, NO_FAULT, rng)
+
+
+def _fly(case: Case, file: MissionFile, place: Place, fault: Fault, rng: Any) -> Flight:
+    sensors = mission_sensors(file.lidar, file.sensor, file.grid.to_grid(), file.mission.name)
+    return fly(case.craft, course_of(case), place, sensors[0], fault, int(rng.integers(1000)))
+
+
+def _far(shape: Shape) -> Shape:
+    return replace(shape, x=1e5)
+
+
+def course_of(case: Case) -> Course:
+    """Where the flight begins and leads."""
+    ahead = np.array([np.cos(case.heading_rad), np.sin(case.heading_rad), 0.0])
+    start = np.asarray(case.origin_m)
+    goal = start + case.ahead_m * ahead
+    return Course(start, case.heading_rad, goal, case.decides_s, case.scans_hz)
+
+
+def place_of(case: Case, charted: tuple[Shape, ...]) -> Place:
+    """The true world, and the map by which it is flown, if it is."""
+    parts = [_obstacle(case, one) for one in (case.danger, *case.others)]
+    known = ObstacleMap([_obstacle(case, one) for one in charted]) if case.by_map else None
+    return Place(ObstacleMap(parts), ObstacleMap(parts[:1]), known)
+
+
+def _obstacle(case: Case, shape: Shape) -> Any:
+    return WorldObstacleSection.model_validate(_section(case, shape, "world")).to_obstacle()
+
+
+def _section(case: Case, shape: Shape, known: str) -> dict[str, Any]:
+    cosine, sine = np.cos(case.heading_rad), np.sin(case.heading_rad)
+    x, y, z = case.origin_m
+    place = [
+        float(x + cosine * shape.x - sine * shape.y),
+        float(y + sine * shape.x + cosine * shape.y),
+        z + shape.up,
     ]
+    if shape.ball:
+        radius = 0.5 * shape.wide
+        return {"shape": "ball", "position_m": place, "radius_m": radius, "known": known}
+    yaw = float(np.degrees(case.heading_rad + shape.turned_rad))
+    return {
+        "shape": "cuboid", "position_m": place, "size_m": [shape.long, shape.wide, shape.tall],
+        "orientation_deg": [0.0, 0.0, yaw], "known": known,
+    }  # fmt: skip
+
+
+def _mission(case: Case) -> MissionFile:
+    shapes = [_section(case, one, "world") for one in (case.danger, *case.others)]
+    shapes += [_section(case, one, "map") for one in case.charted]
+    course = course_of(case)
+    start = {
+        "position_m": list(case.origin_m),
+        "attitude_deg": [0.0, 0.0, float(np.degrees(case.heading_rad))],
+    }
+    values: dict[str, Any] = {"obstacle": shapes}
+    if case.complete:
+        values["map"] = {"complete": True}
+    return _file(case.craft, values, start, [course.goal_m.tolist()])
+
+
+def _file(
+    craft: Craft, values: dict[str, Any], start: dict[str, Any] | None = None, goals: Any = None
+) -> MissionFile:
+    kind = "multirotor" if craft.stops else "plane"
     return parse_model(
         "made",
         {
-            "mission": {"name": "made", "waypoints_m": [list(GOAL_M)], "reach_radius_m": 2.0},
-            "vehicle": {"speed_mps": 1.0, "body_radius_m": BODY_M},
-            "grid": {
-                "range_m": 10, "layers": 10, "azimuth_deg": 45, "columns": 7,
-                "elevation_deg": 30, "rows": 5,
+            "mission": {"name": "made", "waypoints_m": goals or [[100.0, 0.0, 0.0]]},
+            "vehicle": {
+                "kind": kind, "speed_mps": craft.speed_mps, "body_radius_m": craft.body_m,
+                **(start or {}),
             },
-            "safety": {"margin_m": 0.6},
-            "lidar": [{"name": "front", "beams_per_cell": [12, 6], "sigma_m": 0.02}],
-            "simulation": {
-                "seed": seed, "time_limit_s": 45.0, "scan_rate_hz": 4.0,
-                "wind_mps": list(fault.wind_mps),
-            },
-            "obstacle": shapes,
+            "safety": {"margin_m": craft.margin_m},
+            "lidar": [{"name": "front", "beams_per_cell": [6, 4], "sigma_m": 0.02}],
+            **values,
         },
         MissionFile,
     )  # fmt: skip
-
-
-def _pillar(x: float, y: float, wide: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    return (x, y, 0.0), (wide, wide, TALL_M)
-
-
-def _ahead(rng: np.random.Generator, wide: float) -> tuple[Any, ...]:
-    """A pillar in the way, and others beside it that keep the sensor busy."""
-    x = float(rng.uniform(16.0, 26.0))
-    beside = [
-        _pillar(x - float(rng.uniform(4.0, 11.0)), side * float(rng.uniform(3.5, 5.5)), 1.0)
-        for side in (-1.0, 1.0)
-    ]
-    return (_pillar(x, float(rng.uniform(-0.25, 0.25)), wide), *beside)
-
-
-def _unseen(rng: np.random.Generator) -> Case:
-    blind = float(np.radians(rng.uniform(24.0, 32.0)))
-    return Case("unseen", _ahead(rng, float(rng.uniform(0.8, 1.1))), Fault(blind_rad=blind))
-
-
-def _seen_late(rng: np.random.Generator) -> Case:
-    wide = float(rng.uniform(3.0, 5.0))
-    fault = Fault(farthest_m=float(rng.uniform(2.0, 3.0)))
-    return Case("seen late", _ahead(rng, wide), fault)
-
-
-def _sensor_dead(rng: np.random.Generator) -> Case:
-    boxes = _ahead(rng, float(rng.uniform(1.0, 2.5)))
-    sees_s = boxes[0][0][0] - 10.0
-    return Case("sensor dead", boxes, Fault(dead_s=sees_s - float(rng.uniform(0.5, 4.0))))
-
-
-def _wrong_map(rng: np.random.Generator) -> Case:
-    boxes = _ahead(rng, float(rng.uniform(1.5, 2.5)))
-    side = float(rng.choice([-1.0, 1.0]) * rng.uniform(2.6, 3.4))
-    charted = tuple(((x, y + side, z), size) for (x, y, z), size in boxes)
-    return Case("wrong map", boxes, charted=charted, by_map=True)
-
-
-def _wind(rng: np.random.Generator) -> Case:
-    side = float(rng.choice([-1.0, 1.0]))
-    x = float(rng.uniform(16.0, 24.0))
-    wide = float(rng.uniform(2.0, 3.0))
-    boxes = (
-        _pillar(x, side * (0.5 * wide + float(rng.uniform(1.1, 1.5))), wide),
-        _pillar(x - 6.0, -side * 5.5, 1.0),
-    )
-    wind = (0.0, side * float(rng.uniform(0.15, 0.25)), 0.0)
-    return Case("undeclared wind", boxes, Fault(wind_mps=wind), commits=8)
-
-
-def _late(rng: np.random.Generator) -> Case:
-    boxes = _ahead(rng, float(rng.uniform(2.5, 4.0)))
-    reached_s = boxes[0][0][0] - 0.5 * boxes[0][1][0]
-    until = reached_s - float(rng.uniform(0.5, 1.5))
-    return Case("late decision", boxes, Fault(frozen_s=(reached_s - 14.0, until)))
-
-
-def _no_escape(rng: np.random.Generator) -> Case:
-    half = float(rng.uniform(1.8, 2.4))
-    long = float(rng.uniform(28.0, 34.0))
-    walls = tuple(
-        ((0.5 * long - 3.0, side * (half + 0.25), 0.0), (long + 6.0, 0.5, 7.0))
-        for side in (-1.0, 1.0)
-    )
-    lids = tuple(
-        ((0.5 * long - 3.0, 0.0, side * 2.2), (long + 6.0, 2.0 * half + 1.0, 0.4))
-        for side in (-1.0, 1.0)
-    )
-    end = ((long, 0.0, 0.0), (0.5, 2.0 * half + 1.0, 7.0))
-    return Case("no escape", (*walls, *lids, end), sound_boxes=(*walls, *lids))
-
-
-CASES = {
-    "unseen": _unseen,
-    "seen late": _seen_late,
-    "sensor dead": _sensor_dead,
-    "wrong map": _wrong_map,
-    "undeclared wind": _wind,
-    "late decision": _late,
-    "no escape": _no_escape,
-}

@@ -16,8 +16,9 @@ from clearway.sensors import BeamPattern, Lidar, Mounting
 
 SECTOR_STEP_M = 0.5
 """Between points on the arc of a sector: finer than the margins of vehicles that have sectors."""
-WALL_M = np.arange(-6.0, 6.5, 1.0)
-"""Heights at which an arc stands: sectors tell no height, so nobody may pass above or below."""
+WALL_M = 6.0
+"""Up and down from it that an arc stands: sectors tell no height, so nobody may pass above or
+below."""
 
 
 class RangeReading(NamedTuple):
@@ -29,22 +30,24 @@ class RangeReading(NamedTuple):
     half_width_rad: float = 0.0
     """Of the sector that each return stands for; 0 for beams."""
 
-    def arcs(self) -> tuple[FloatArray, IntArray]:
-        """Points [m, 3] on the arcs of all returns, and whose return each is [m], ascending."""
+    def arcs(self, step_m: float = SECTOR_STEP_M) -> tuple[FloatArray, IntArray]:
+        """Points [m, 3] on the arcs of all returns, so far apart along them and twice that in
+        height, and whose return each is [m], ascending."""
         number = np.arange(len(self.points_m), dtype=np.int64)
         if not self.half_width_rad or not len(self.points_m):
             return self.points_m, number
         ranges = np.linalg.norm(self.points_m[:, :2], axis=1)
-        parts = np.ceil(2.0 * self.half_width_rad * ranges / SECTOR_STEP_M).astype(int) + 1
+        parts = np.ceil(2.0 * self.half_width_rad * ranges / step_m).astype(int) + 1
         whose = np.repeat(number, parts)
         first = np.repeat(np.cumsum(parts) - parts, parts)
         share = (np.arange(len(whose)) - first) / np.maximum(parts[whose] - 1, 1)
         angle = np.arctan2(self.points_m[:, 1], self.points_m[:, 0])[whose]
         angle += self.half_width_rad * (2.0 * share - 1.0)
         level = ranges[whose, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-        walls = np.repeat(np.column_stack([level, self.points_m[whose, 2]]), len(WALL_M), axis=0)
-        walls[:, 2] += np.tile(WALL_M, len(whose))
-        return walls, np.repeat(whose, len(WALL_M))
+        high = np.linspace(-WALL_M, WALL_M, 1 + max(1, round(WALL_M / step_m)))
+        walls = np.repeat(np.column_stack([level, self.points_m[whose, 2]]), len(high), axis=0)
+        walls[:, 2] += np.tile(high, len(whose))
+        return walls, np.repeat(whose, len(high))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

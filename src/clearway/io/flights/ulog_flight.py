@@ -51,7 +51,10 @@ def ulog_flight(path: Path) -> RecordedFlight:
 
 
 def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
-    """Sectors around the vehicle; None where they do not turn with it."""
+    """Sectors around the vehicle; None where they do not turn with it.
+
+    A message without any known sector is no reading: the sensor does not measure then.
+    """
     if not len(data["timestamp"]) or int(data["frame"][0]) != BODY_FRD:
         return None
     step = np.radians(float(data["increment"][0]) or 360.0 / BINS)
@@ -66,6 +69,8 @@ def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
     def readings() -> Iterator[RangeReading]:
         for at, time_s in enumerate(times):
             told = centimetres[at].astype(np.float64)
+            if (told == UNKNOWN_CM).all():
+                continue
             hit = (told <= farthest[at]) & (told >= nearest[at]) & (told != UNKNOWN_CM)
             yield sector_reading(float(time_s), azimuth, np.where(hit, told * CENTIMETRE_M, np.nan))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,7 +11,9 @@ from matplotlib.patches import Circle
 
 from clearway.base.frames import FloatArray
 from clearway.studies.why.causes import Answer, CrashCause
+from clearway.studies.why.ending import Event
 from clearway.studies.why.explain import Explained
+from clearway.studies.why.words import explain_because
 from clearway.view.plot.style import OWN, halo
 
 FLOWN = "#333333"
@@ -23,6 +27,12 @@ LEVEL_SHARE = 3.0
 LEAST_LEVEL_M = 1.5
 """Returns within so many margins of the height of the danger are drawn, or so many metres."""
 MOST_POINTS = 6000
+CAPTION_LETTERS = 150
+"""In a line below both pictures."""
+LABEL_HEIGHTS = 0.62, 0.3
+"""Of the words beside vertical lines, in turn: two of them may be near each other."""
+BODY_LABEL = 0.14
+"""Where the body's label begins, along the axis: the margin's may be at its height."""
 
 
 def draw_why(explained: Explained) -> Figure:
@@ -30,6 +40,9 @@ def draw_why(explained: Explained) -> Figure:
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
     above, over_time = figure.subplots(1, 2, width_ratios=(1.2, 1.0))
     figure.suptitle(_title(explained), fontsize="large", x=0.01, ha="left")
+    if explained.answer.cause is not CrashCause.NONE:
+        because = textwrap.fill(f"because {explain_because(explained)}", CAPTION_LETTERS)
+        figure.supxlabel(because, fontsize="medium", x=0.01, ha="left")
     times = _choose_drawn_times(explained)
     _draw_above(above, explained, times)
     _draw_distances(over_time, explained, times)
@@ -72,7 +85,7 @@ def _draw_above(axes: Axes, explained: Explained, times: FloatArray) -> None:
         _draw_plan(axes, explained, way)
     danger = ending.danger_m
     axes.plot(*danger[:2], marker="X", ms=13, color=DANGER, mec="white", ls="none", zorder=7,
-              label="contact" if ending.nearest_m <= judge.body_m else "danger")  # fmt: skip
+              label="contact" if ending.event is Event.CONTACT else "danger")  # fmt: skip
     axes.add_patch(
         Circle((ending.place_m[0], ending.place_m[1]), judge.body_m, fill=False, color=FLOWN)
     )
@@ -159,12 +172,9 @@ def _draw_sight(axes: Axes, explained: Explained) -> None:
         [state.position_m[0], danger[0]], [state.position_m[1], danger[1]], color=DANGER, lw=1.0,
         ls=":", zorder=3,
     )  # fmt: skip
+    at = f"first sight: {sights[0].time_s - explained.start_s:.1f} s, {sights[0].away_m:.1f} m away"
     axes.plot(*state.position_m[:2], marker="s", ms=7, color=DANGER, mec="white", zorder=6,
-              ls="none", label="first sight")  # fmt: skip
-    at = f"{sights[0].time_s - explained.start_s:.1f} s, {sights[0].away_m:.1f} m away"
-    place = (float(state.position_m[0]), float(state.position_m[1]))
-    axes.annotate(at, place, textcoords="offset points", xytext=(0, 10), ha="center",
-                  path_effects=halo(), fontsize="small", zorder=8)  # fmt: skip
+              ls="none", label=at)  # fmt: skip
 
 
 def _draw_distances(axes: Axes, explained: Explained, times: FloatArray) -> None:
@@ -175,28 +185,39 @@ def _draw_distances(axes: Axes, explained: Explained, times: FloatArray) -> None
     dangers = np.array([ending.danger_at(float(time_s)) for time_s in times]).reshape(-1, 3)
     away = np.linalg.norm(places - dangers, axis=1) - ending.radius_m
     axes.plot(times - start, away, color=FLOWN, lw=2.4, label="flown: to the danger")
-    shown = [one for one in answer.decisions if len(times) and one.time_s >= times[0]]
-    kept = [max(one.kept_m, 0.0) for one in shown]
-    colours = [OWN if one.kept_m > judge.body_m else DANGER for one in shown]
-    axes.plot([one.time_s - start for one in shown], kept, color=OWN, lw=0.8, alpha=0.5)
-    axes.scatter([one.time_s - start for one in shown], kept, c=colours, s=22, zorder=4)
-    axes.plot(
-        [], [], color=OWN, marker="o", lw=0.8, label="clearway acting then: least distance kept"
-    )
+    _draw_decisions(axes, explained, times)
     axes.axhline(judge.margin_m, color=SEEN, lw=0.9, ls=":")
     axes.axhline(judge.body_m, color=DANGER, lw=0.9, ls=":")
     axes.axhline(judge.needed_m, color=SEEN, lw=0.9, ls="--")
-    for height, word in (
-        (judge.needed_m, "needed to see it"), (judge.margin_m, "margin"), (judge.body_m, "body"),
+    for height, word, along in (
+        (judge.needed_m, "needed to see it", 0.01), (judge.margin_m, "margin", 0.01),
+        (judge.body_m, "body", BODY_LABEL),
     ):  # fmt: skip
-        axes.annotate(word, (0.01, height), xycoords=("axes fraction", "data"), ha="left",
+        axes.annotate(word, (along, height), xycoords=("axes fraction", "data"), ha="left",
                       va="bottom", fontsize="small", path_effects=halo())  # fmt: skip
     _mark_times(axes, answer, start)
-    axes.set_ylim(0.0, max(1.15 * float(away.max(initial=1.0)), 1.3 * judge.needed_m))
+    highest = max(1.15 * float(away.max(initial=1.0)), 1.3 * judge.needed_m)
+    axes.set_ylim(-0.02 * highest, highest)
     axes.set_xlabel("time of flight (s)")
     axes.set_ylabel("distance (m)")
     axes.grid(alpha=0.2)
     axes.legend(loc="upper right", fontsize="small", frameon=True, framealpha=1.0)
+
+
+def _draw_decisions(axes: Axes, explained: Explained, times: FloatArray) -> None:
+    """What each of clearway's decisions would have kept; those that would have hit in red."""
+    body, start = explained.judge.body_m, explained.start_s
+    shown = [one for one in explained.answer.decisions if len(times) and one.time_s >= times[0]]
+    at = np.array([one.time_s - start for one in shown])
+    kept = np.array([max(one.kept_m, 0.0) for one in shown])
+    axes.plot(at, kept, color=OWN, lw=0.8, alpha=0.5)
+    clear = np.array([one.kept_m > body for one in shown], dtype=bool)
+    for chosen, colour, label in (
+        (clear, OWN, "clearway acting then: least distance kept"),
+        (~clear, DANGER, "acting then, it would have hit"),
+    ):
+        if chosen.any():
+            axes.scatter(at[chosen], kept[chosen], color=colour, s=22, zorder=4, label=label)
 
 
 def _mark_times(axes: Axes, answer: Answer, start: float) -> None:
@@ -209,12 +230,12 @@ def _mark_times(axes: Axes, answer: Answer, start: float) -> None:
     if answer.last_clear is not None:
         marks.append((answer.last_clear.time_s, OWN, "last way clear"))
     low, _ = axes.get_xlim()
-    for time_s, colour, word in marks:
-        if time_s - start < low:
-            continue
+    seen = sorted(mark for mark in marks if mark[0] - start >= low)
+    for number, (time_s, colour, word) in enumerate(seen):
         axes.axvline(time_s - start, color=colour, lw=1.0, alpha=0.7)
-        axes.annotate(word, (time_s - start, 0.5), xycoords=("data", "axes fraction"), rotation=90,
-                      ha="right", va="center", fontsize="small", color=colour,
+        height = LABEL_HEIGHTS[number % 2]
+        axes.annotate(word, (time_s - start, height), xycoords=("data", "axes fraction"),
+                      rotation=90, ha="right", va="center", fontsize="small", color=colour,
                       path_effects=halo())  # fmt: skip
 
 

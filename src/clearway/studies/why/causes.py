@@ -60,14 +60,13 @@ def _cause(judge: Judge, ending: Ending, evidence: CrashEvidence, *, escapable: 
         return CrashCause.NOT_RECORDED
     if ending.event is Event.NOTHING:
         return CrashCause.NONE
-    if evidence.map_shift is not None:
+    if evidence.map_shift is not None or evidence.map_lacks_m is not None:
         return CrashCause.WRONG_MAP
     farthest_m = max((sight.away_m for sight in evidence.sights), default=0.0)
     if farthest_m < judge.needed_m:
         if evidence.silent:
             return CrashCause.SENSOR_DEAD
-        half_step_m = 0.5 * judge.setup.planner.automaton.step_m
-        unseen = farthest_m <= judge.body_m + judge.margin_m + half_step_m
+        unseen = farthest_m <= max(judge.margin_m, judge.body_m)
         return CrashCause.UNSEEN if unseen else CrashCause.SEEN_LATE
     if evidence.drift is not None and evidence.drift.still_air_m >= judge.margin_m:
         return CrashCause.UNDECLARED_WIND

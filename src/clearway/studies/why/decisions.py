@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.base.state import State
-from clearway.io.flights.recorded import RecordedFlight
+from clearway.io.flights.recorded import SECTOR_STEP_M, RecordedFlight
 from clearway.live import AvoidanceSystem
 from clearway.live.mission import Mode
 from clearway.live.playback import mission_along
@@ -22,14 +22,18 @@ from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import PlacedReading
 from clearway.vehicle.scale import suit_reach_m
 
-MOST_DECISIONS = 60
-"""Of the decisive seconds; readings between them are taken in without one."""
+MOST_DECISIONS = 24
+"""From shortly before the first sight on; readings between them are taken in without one."""
+BEFORE_SIGHT_S = 2.0
+"""For how long before it decisions are taken."""
 STEP_S = 0.25
 PARTS = 5
 """Between states of a plan that are computed, and into how many parts the way between is divided to
 be checked against returns."""
 FLOWN_S = 16.0
 """Of a plan and its escape, at most."""
+ARC_SHARE = 1.0 / 3.0
+"""Of the margin, between the points of sectors' arcs that the system is fed."""
 SIDE_SHARE = 0.5
 """Of the margin that a plan must lead to the side, up, or back to be called so."""
 
@@ -56,21 +60,27 @@ class FlownDecision:
 
 
 def decide_along(
-    flight: RecordedFlight, judge: Judge, ending: Ending, seen: Sequence[PlacedReading]
+    flight: RecordedFlight,
+    judge: Judge,
+    ending: Ending,
+    seen: Sequence[PlacedReading],
+    sight_s: float | None,
 ) -> tuple[FlownDecision, ...]:
-    """Decisions at the readings before an ending, on the way that was flown."""
+    """Decisions at the readings around and after the first sight of the danger, on the way that was
+    flown; none where no sensor showed it."""
     before = [one for one in seen if one.reading.time_s < ending.time_s]
-    if not before or not judge.lidars:
+    if not before or not judge.lidars or sight_s is None:
         return ()
     system = _system(flight, judge, [one.state for one in before])
     solid = Solid(ending, seen)
-    every_s = (before[-1].reading.time_s - before[0].reading.time_s) / MOST_DECISIONS
+    since_s = sight_s - BEFORE_SIGHT_S
+    every_s = (before[-1].reading.time_s - since_s) / MOST_DECISIONS
     decided_s, found = -np.inf, []
     for one in before:
         time_s = one.reading.time_s
         system.update(_moving(flight, one.state))
-        system.update(Scan(_beams(one), time_s, sensor=one.sensor))
-        if time_s - decided_s < every_s:
+        system.update(Scan(_beams(one, judge.margin_m), time_s, sensor=one.sensor))
+        if time_s < since_s or time_s - decided_s < every_s:
             system.catch_up(time_s)
             continue
         decided_s = time_s
@@ -97,11 +107,11 @@ def _moving(flight: RecordedFlight, state: State) -> State:
     return replace(state, velocity_mps=velocity_at(flight.track, state.time_s))
 
 
-def _beams(one: PlacedReading) -> FloatArray:
+def _beams(one: PlacedReading, margin_m: float) -> FloatArray:
     """What the system is fed: the returns of beams; of sectors all of their arcs."""
     if not one.reading.half_width_rad:
         return one.reading.points_m
-    return one.reading.arcs()[0]
+    return one.reading.arcs(max(SECTOR_STEP_M, ARC_SHARE * margin_m))[0]
 
 
 class Solid:

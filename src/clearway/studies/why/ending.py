@@ -10,7 +10,7 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.io.flights.recorded import RecordedFlight
 from clearway.io.poses.pose_track import PoseTrack
-from clearway.studies.why.speeds import SPAN_S, track_speeds, velocity_at
+from clearway.studies.why.speeds import SPAN_S, choose_span_s, track_speeds, velocity_at
 from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import place_readings
 
@@ -24,6 +24,9 @@ STOPS_WITHIN_S = 0.3
 """What takes longer to stop has braked."""
 COARSEST_S = 0.3
 """Between poses: of coarser ones nobody can tell a crash from braking."""
+LEVEL_AXES = 2
+ALL_AXES = 3
+"""How many of x, y, z count: level flight alone, or all of it."""
 CHECK_LASTS_S = 5.0
 """Between a crash and what the autopilot states of it, at most."""
 
@@ -193,17 +196,33 @@ def _at(flight: RecordedFlight, judge: Judge, event: Event, time_s: float, told_
 
 
 def _sudden_stop(track: PoseTrack) -> float | None:
-    """When a vehicle that flew stood still at once, and never flew again; None where none did."""
+    """When a vehicle that flew stood still at once, and never flew again; None where none did.
+
+    Level flight that ends at once counts too: what hit something may fall.
+    """
     times = track.time_s
     if len(times) < 3 or float(np.median(np.diff(times))) > COARSEST_S:
         return None
-    speeds = track_speeds(track)
-    highest = float(np.percentile(speeds, 99.0))
+    flies = float(np.median(track_speeds(track)))
+    flies_level = _highest(track_speeds(track, LEVEL_AXES)) > FLIES * flies
+    found = [_stop_along(track, axes) for axes in (LEVEL_AXES, ALL_AXES)[not flies_level :]]
+    return min((one for one in found if one is not None), default=None)
+
+
+def _highest(speeds: FloatArray) -> float:
+    return float(np.percentile(speeds, 99.0))
+
+
+def _stop_along(track: PoseTrack, axes: int) -> float | None:
+    """When the movement along the first axes ended at once, and for good."""
+    span_s = choose_span_s(track, float(np.median(track_speeds(track, axes))))
+    speeds = track_speeds(track, axes, span_s)
+    highest = _highest(speeds)
     flying = np.flatnonzero(speeds > FLIES * highest)
     if not len(flying) or highest <= 0.0:
         return None
     last = int(flying[-1])
-    before = speeds[max(0, last - round(BEFORE_S / SPAN_S)) : last]
+    before = speeds[max(0, last - round(BEFORE_S / span_s)) : last]
     after = speeds[last + 2 :]
     if not len(before) or not len(after):
         return None
@@ -212,14 +231,15 @@ def _sudden_stop(track: PoseTrack) -> float | None:
         return None
     if float(speeds[last - 1]) < 0.7 * steady:
         return None  # It has braked.
-    return _moment_of_stop(track, float(times[0]) + SPAN_S * last)
+    return _moment_of_stop(track, float(track.time_s[0]) + span_s * last, span_s, axes)
 
 
-def _moment_of_stop(track: PoseTrack, about_s: float) -> float:
-    """The time, to a pose, at which the vehicle came to its last place."""
-    after = np.flatnonzero(track.time_s >= about_s - SPAN_S)
-    end = track.at(about_s + 2.0 * SPAN_S + STOPS_WITHIN_S)
+def _moment_of_stop(track: PoseTrack, about_s: float, span_s: float, axes: int) -> float:
+    """The time, to a pose, at which the vehicle came to its last place along the first axes."""
+    after = np.flatnonzero(track.time_s >= about_s - span_s)
+    end = track.at(about_s + 2.0 * span_s + STOPS_WITHIN_S)
     rest = track.position_m[-1] if end is None else end.position_m
-    away = np.linalg.norm(track.position_m[after] - rest, axis=1)
-    arrived = np.flatnonzero(away <= 0.05 * max(float(away.max(initial=0.0)), 1e-9))
+    away = np.linalg.norm((track.position_m[after] - rest)[:, :axes], axis=1)
+    farthest, noise = float(away.max(initial=0.0)), float(np.median(away))
+    arrived = np.flatnonzero(away <= max(0.05 * farthest, min(2.0 * noise, 0.2 * farthest), 1e-9))
     return float(track.time_s[after[int(arrived[0])]]) if len(arrived) else about_s

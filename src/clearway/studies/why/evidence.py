@@ -8,6 +8,7 @@ import numpy as np
 
 from clearway.base.arrays import FloatArray, IntArray
 from clearway.io.flights.recorded import RecordedFlight
+from clearway.sensors import Lidar
 from clearway.studies.why.ending import Ending
 from clearway.studies.why.speeds import velocity_at
 from clearway.studies.why.vehicle import Judge
@@ -88,6 +89,9 @@ class CrashEvidence:
     """The first one of each sensor that has one, the earliest first."""
     silent: tuple[Silence, ...]
     map_shift: MapShift | None
+    map_lacks_m: float | None
+    """Distance from the danger to the nearest shape of a map that is declared complete there, where
+    that map does not have the danger; else None."""
     drift: Drift | None
 
 
@@ -102,19 +106,23 @@ def gather_evidence(
         sights,
         _silent(flight, ending),
         _map_shift(judge, ending, before),
+        _map_lacks_m(judge, ending),
         _drift(flight, judge, ending, sights, before),
     )
 
 
 def _sights(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> tuple[FirstSight, ...]:
-    within = judge.body_m + SIGHT_SHARE * judge.margin_m + ending.radius_m
+    near = judge.body_m + SIGHT_SHARE * judge.margin_m + ending.radius_m
+    apart = {one.name: one.pattern.spacing_rad for one in judge.lidars if isinstance(one, Lidar)}
     first: dict[str, FirstSight] = {}
     for one in readings:
         if one.sensor in first or not len(one.points_m):
             continue
         danger = ending.danger_at(one.reading.time_s)
-        if np.linalg.norm(one.points_m - danger, axis=1).min() <= within:
-            away = float(np.linalg.norm(danger - one.state.position_m)) - ending.radius_m
+        away = float(np.linalg.norm(danger - one.state.position_m)) - ending.radius_m
+        # Between two beams no return can be nearer; arcs of sectors have no gaps.
+        gap = 0.0 if one.reading.half_width_rad else apart.get(one.sensor, 0.0) * away
+        if np.linalg.norm(one.points_m - danger, axis=1).min() <= max(near, gap):
             first[one.sensor] = FirstSight(one.sensor, one.reading.time_s, away)
     return tuple(sorted(first.values(), key=lambda sight: sight.time_s))
 
@@ -163,6 +171,17 @@ def _map_shift(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> M
     if not shifted or as_is < MISFITS_SHARE * margin or fit > FITS_SHARE * margin:
         return None
     return MapShift(best, as_is, fit)
+
+
+def _map_lacks_m(judge: Judge, ending: Ending) -> float | None:
+    charted = judge.setup.obstacle_map
+    if charted.complete_m is None or ending.intruder is not None:
+        return None
+    low, high = charted.complete_m
+    if not ((low <= ending.danger_m) & (ending.danger_m <= high)).all():
+        return None
+    away = float(charted.distance_m(ending.danger_m[None])[0])
+    return away if away > MISFITS_SHARE * judge.margin_m else None
 
 
 def _starts(whose: IntArray) -> IntArray:

@@ -43,6 +43,7 @@ def explain_flight(
     ending = find_ending(flight, judge)
     seen = decisive_readings(flight, ending.time_s)
     evidence = gather_evidence(flight, judge, ending, seen)
-    asked = ending.event is not Event.NOTHING
-    decisions = decide_along(flight, judge, ending, seen) if asked else ()
+    asked = ending.event is not Event.NOTHING and bool(evidence.sights)
+    sight_s = evidence.sights[0].time_s if asked else None
+    decisions = decide_along(flight, judge, ending, seen, sight_s)
     return Explained(flight, judge, seen, find_cause(judge, ending, evidence, decisions))

@@ -28,6 +28,14 @@ VALID = (
 
 def open_flight(path: Path) -> RecordedFlight:
     """The flight of a log. Raises InputError naming the file and what is valid."""
+    flight = _open(path)
+    if not len(flight.track.time_s):
+        left_out = "; ".join(flight.track.notes)
+        raise InputError(str(path), f"no poses of the vehicle that can be used: {left_out}")
+    return flight
+
+
+def _open(path: Path) -> RecordedFlight:
     if path.is_dir():
         if (path / METADATA).is_file():
             return bag_flight(path)

@@ -9,6 +9,12 @@ from clearway.io.poses.pose_track import PoseTrack
 
 SPAN_S = 0.2
 """Over which velocities are taken at least: positions of shorter times are mostly noise."""
+LONGEST_SPAN_S = 1.0
+SIGMAS = 20.0
+"""Standard deviations of a position that a vehicle flies in a span: the noise of a speed is then a
+fourteenth of it."""
+MEDIAN_BEND = 0.6745 * 6.0**0.5
+"""Median of the second difference of normal noise, in its standard deviations."""
 
 
 def velocity_at(track: PoseTrack, time_s: float) -> FloatArray | None:
@@ -19,13 +25,23 @@ def velocity_at(track: PoseTrack, time_s: float) -> FloatArray | None:
     return np.asarray((end.position_m - begin.position_m) / SPAN_S)
 
 
-def track_speeds(track: PoseTrack) -> FloatArray:
-    """[n] speeds between poses about a span apart; none of a track of one pose."""
-    times = np.arange(track.time_s[0], track.time_s[-1], SPAN_S)
+def track_speeds(track: PoseTrack, axes: int = 3, span_s: float = SPAN_S) -> FloatArray:
+    """[n] speeds along the first axes between poses about a span apart; none of a track of one
+    pose."""
+    times = np.arange(track.time_s[0], track.time_s[-1], span_s)
     if len(times) < 2:
         return np.zeros(1)
     places = np.column_stack(
-        [np.interp(times, track.time_s, track.position_m[:, axis]) for axis in range(3)]
+        [np.interp(times, track.time_s, track.position_m[:, axis]) for axis in range(axes)]
     )
-    speeds: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1) / SPAN_S
+    speeds: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1) / span_s
     return speeds
+
+
+def choose_span_s(track: PoseTrack, speed_mps: float) -> float:
+    """The shortest time over which the noise of positions is little beside a speed."""
+    if len(track.time_s) < 3:
+        return SPAN_S
+    bends = np.abs(np.diff(track.position_m, n=2, axis=0))
+    sigma_m = float(np.median(bends)) / MEDIAN_BEND
+    return float(np.clip(SIGMAS * sigma_m / max(speed_mps, 1e-9), SPAN_S, LONGEST_SPAN_S))

@@ -27,7 +27,7 @@ def explain_in_words(explained: Explained) -> str:
     answer = explained.answer
     lines = [f"cause      {answer.cause}", f"end        {_end(explained)}"]
     if answer.cause is not CrashCause.NONE:
-        lines += [f"visible    {_visible(explained)}", f"because    {_because(explained)}"]
+        lines += [f"visible    {_visible(explained)}", f"because    {explain_because(explained)}"]
     if answer.cause not in (CrashCause.NONE, CrashCause.NOT_RECORDED):
         lines.append(f"clearway   {_counterfactual(explained)}")
     if answer.cause in TO_DO:
@@ -75,7 +75,7 @@ def _visible(explained: Explained) -> str:
     return f"{ahead}, {away}{f'; {others}' if others else ''}"
 
 
-def _because(explained: Explained) -> str:
+def explain_because(explained: Explained) -> str:
     """The evidence that decided."""
     answer, judge = explained.answer, explained.judge
     evidence = answer.evidence
@@ -88,6 +88,12 @@ def _because(explained: Explained) -> str:
             f"the map shows nothing there, and fits all returns once shifted by "
             f"({x:+.1f}, {y:+.1f}) m: {evidence.map_shift.fit_m:.2f} m off instead of "
             f"{evidence.map_shift.misfit_m:.2f} m"
+        )
+    if answer.cause is CrashCause.WRONG_MAP:
+        away = evidence.map_lacks_m
+        near = away is not None and away < float("inf")
+        return "the map is declared complete, but it does not have the danger" + (
+            f": its nearest shape is {away:.1f} m away" if near else ""
         )
     if answer.cause is CrashCause.SENSOR_DEAD:
         silent = "; ".join(
@@ -113,6 +119,8 @@ def _because(explained: Explained) -> str:
 def _counterfactual(explained: Explained) -> str:
     answer, body = explained.answer, explained.judge.body_m
     acted = answer.acted
+    if not answer.evidence.sights:
+        return "would have been shown no more: no sensor saw it"
     if not answer.decisions:
         return "could decide nothing: no reading of a sensor whose beams are known"
     if acted is None:
@@ -128,7 +136,7 @@ def explain_as_json(explained: Explained) -> dict[str, Any]:
     """The answer as plain values; times are seconds of flight."""
     answer, start = explained.answer, explained.start_s
     ending, evidence = answer.ending, answer.evidence
-    shift, drift = evidence.map_shift, evidence.drift
+    shift, lacks, drift = evidence.map_shift, evidence.map_lacks_m, evidence.drift
     return {
         "log": explained.flight.source,
         "kind": explained.flight.kind,
@@ -157,6 +165,7 @@ def explain_as_json(explained: Explained) -> dict[str, Any]:
             for one in evidence.silent
         ],
         "map_shift_m": None if shift is None else shift.shift_m.tolist(),
+        "map_lacks_m": None if lacks is None else round_number(lacks),
         "undeclared_wind_mps": None if drift is None else drift.wind_mps.tolist(),
         "clearway": _describe_flown(answer.acted, start),
         "last_clear": _describe_flown(answer.last_clear, start),

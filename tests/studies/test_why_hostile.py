@@ -1,0 +1,196 @@
+"""`clearway why` and logs that are cut, broken or not what they seem: one error, or an answer."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("foxglove")
+pytest.importorskip("mcap")
+pytest.importorskip("rosbags")
+pytest.importorskip("pyulog")
+pytest.importorskip("pymavlink")
+
+from clearway.io.toml_writing import write_toml
+from in_process import Done, clearway
+from made_crashes import MadeCrash, make_crash
+from made_logs import WRITERS, Change, Flown, as_flown
+
+LOGS = ("run", "MCAP", "ROS 1 bag", "ULog", "DataFlash")
+FILES = {"run": "run/run.mcap"}
+"""What of a log is cut, where it is a folder."""
+CUTS = [4, pytest.param(20, marks=pytest.mark.nightly)]
+ANSWERS = (0, 2, 3)
+"""A cause or none, bad input, not recorded."""
+
+
+@cache
+def crash() -> MadeCrash:
+    """A short one."""
+    return make_crash(9001, "seen late")
+
+
+def written(form: str, folder: Path, change: Change = as_flown) -> tuple[Path, list[object]]:
+    """A log, and the options that it is asked with."""
+    log = WRITERS[form](crash(), folder, change)
+    if form == "run":
+        return log, []
+    mission = folder / "mission.toml"
+    write_toml(crash().file.effective(), mission)
+    return log, ["--mission", mission]
+
+
+def ask(log: Path, options: list[object]) -> Done:
+    """One clear answer: a cause, or one error that names the log; errors come up as they are."""
+    done = clearway("why", log, "--json", *options)
+    assert done.exit_code in ANSWERS, done
+    assert "Traceback" not in done.stderr
+    if done.exit_code == 2:
+        assert done.stdout == ""
+        assert log.name in done.stderr or "run.mcap" in done.stderr
+    else:
+        told = json.loads(done.stdout)
+        assert (done.exit_code == 3) == (told["cause"] == "not recorded")
+    return done
+
+
+@pytest.mark.parametrize("count", CUTS)
+@pytest.mark.parametrize("form", LOGS)
+def test_a_log_cut_anywhere_gets_one_answer(form: str, count: int, tmp_path: Path) -> None:
+    log, options = written(form, tmp_path)
+    file = tmp_path / FILES.get(form, log.name)
+    whole = file.read_bytes()
+    places = np.random.default_rng(LOGS.index(form)).integers(0, len(whole), count)
+    for place in (len(whole) // 50, *sorted(places.tolist())):
+        file.write_bytes(whole[:place])
+        done = ask(log, options)
+        assert done.exit_code == 2 or place > len(whole) // 50, "hardly anything is left"
+    file.write_bytes(whole)
+    assert ask(log, options).exit_code == 0
+
+
+@pytest.mark.parametrize("form", ["MCAP", "ULog", "DataFlash"])
+@pytest.mark.parametrize("jump_s", [-10.0, 3600.0])
+def test_a_clock_that_jumps(form: str, jump_s: float, tmp_path: Path) -> None:
+    half_s = 0.5 * float(crash().flight.time_s[-1])
+
+    def clock(time_s: float) -> float:
+        # Before all jumps, so that none is before boot.
+        return 20.0 + time_s + (jump_s if time_s > half_s else 0.0)
+
+    ask(*written(form, tmp_path, lambda kept: kept._replace(clock=clock)))
+
+
+def no_poses(kept: Flown) -> Flown:
+    return kept._replace(
+        time_s=kept.time_s[:0], place_m=kept.place_m[:0], world_from_body=kept.world_from_body[:0],
+        wind=(), states_crash=False,
+    )  # fmt: skip
+
+
+def one_pose(kept: Flown) -> Flown:
+    return kept._replace(
+        time_s=kept.time_s[:1], place_m=kept.place_m[:1], world_from_body=kept.world_from_body[:1]
+    )
+
+
+def no_numbers(kept: Flown) -> Flown:
+    return kept._replace(place_m=np.full_like(kept.place_m, np.nan))
+
+
+def some_no_numbers(kept: Flown) -> Flown:
+    place = kept.place_m.copy()
+    place[::3] = np.nan
+    return kept._replace(place_m=place)
+
+
+def empty_clouds(kept: Flown) -> Flown:
+    return kept._replace(scans=tuple((time_s, points[:0]) for time_s, points in kept.scans))
+
+
+def clouds_without_numbers(kept: Flown) -> Flown:
+    lost = tuple((time_s, np.full_like(points, np.nan)) for time_s, points in kept.scans)
+    return kept._replace(scans=lost)
+
+
+CHANGES: dict[str, tuple[Callable[[Flown], Flown], tuple[int, ...], str]] = {
+    "no poses": (no_poses, (2,), "pose"),
+    "one pose": (one_pose, (0, 2, 3), ""),
+    "no position is a number": (no_numbers, (2,), "pose"),
+    "some positions are no numbers": (some_no_numbers, (0,), "poses left out"),
+    "empty clouds": (empty_clouds, (0, 3), ""),
+    "clouds without numbers": (clouds_without_numbers, (0, 3), ""),
+}
+
+
+@pytest.mark.parametrize("form", ["MCAP", "ULog", "DataFlash"])
+@pytest.mark.parametrize("name", CHANGES)
+def test_topics_that_are_missing_or_empty(name: str, form: str, tmp_path: Path) -> None:
+    change, codes, told = CHANGES[name]
+    done = ask(*written(form, tmp_path, change))
+    assert done.exit_code in codes, done
+    assert told in done.stderr
+
+
+def test_a_log_of_another_vehicle(tmp_path: Path) -> None:
+    """The mission of a plane that is far faster and elsewhere: an answer all the same."""
+    log, options = written("ULog", tmp_path)
+    other = make_crash(9000, "undeclared wind")
+    assert not other.case.craft.stops
+    write_toml(other.file.effective(), Path(str(options[1])))
+    ask(log, options)
+
+
+def test_a_folder_and_an_empty_file_are_no_logs(tmp_path: Path) -> None:
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "flight.ulg").write_bytes(b"")
+    folder = clearway("why", tmp_path / "notes")
+    assert (folder.exit_code, folder.stdout) == (2, "")
+    assert "neither a run nor a bag" in folder.stderr
+    for suffix in (".ulg", ".bin", ".mcap", ".bag", ".db3"):
+        path = tmp_path / f"empty{suffix}"
+        path.write_bytes(b"")
+        done = clearway("why", path)
+        assert (done.exit_code, done.stdout) == (2, ""), done
+        assert path.name in done.stderr
+
+
+@pytest.mark.parametrize("missing", ["mission.toml", "run.mcap", "track.csv"])
+def test_a_run_without_one_of_its_files(missing: str, tmp_path: Path) -> None:
+    log, options = written("run", tmp_path)
+    (log / missing).unlink()
+    ask(log, options)
+
+
+def test_a_bag_whose_messages_are_gone(tmp_path: Path) -> None:
+    log, options = written("ROS 2 bag", tmp_path)
+    for file in log.glob("*.db3"):
+        file.unlink()
+    assert ask(log, options).exit_code == 2
+    shutil.rmtree(log)
+    assert clearway("why", log).exit_code == 2
+
+
+def test_a_sensor_that_reports_nothing_known_is_silent(tmp_path: Path) -> None:
+    """PX4 goes on to log a dead sensor, with all sectors unknown: that is no reading."""
+    made = make_crash(9000, "sensor dead")
+    dead_s = made.case.fault.dead_s
+    times = tuple(np.arange(dead_s, made.flight.time_s[-1], 0.2).tolist())
+
+    def reports(kept: Flown) -> Flown:
+        return kept._replace(dead_s=times)
+
+    log = WRITERS["ULog"](replace(made, form="ULog"), tmp_path, reports)
+    mission = tmp_path / "mission.toml"
+    write_toml(made.file.effective(), mission)
+    told: dict[str, Any] = json.loads(clearway("why", log, "--mission", mission, "--json").stdout)
+    assert told["cause"] == "sensor dead"
+    assert told["silent"][0]["last_s"] < dead_s
