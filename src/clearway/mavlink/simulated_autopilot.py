@@ -68,7 +68,7 @@ class SimulatedAutopilot:
             habits.climb_acceleration_mps2,
             habits.tilt_s,
             habits.jerk_mps3,
-            habits.trims_per_s2,
+            habits.trims_for_s,
         )
         self._setup, self._link = setup, link
         self._packer = Packer(1, 1, key)
@@ -168,7 +168,7 @@ class SimulatedAutopilot:
     def _begin(self, target: Target) -> None:
         """Fly by a set-point from now on; by another kind, as a controller that begins."""
         before, self._flown = self._flown, target
-        if self.habits.trims_per_s2 and before is not None and kind_of(before) != kind_of(target):
+        if self.habits.trims_for_s and before is not None and kind_of(before) != kind_of(target):
             self.truth = self.truth.trimmed_anew()
 
     def _take_off(self, step: float) -> None:

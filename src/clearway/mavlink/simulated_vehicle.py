@@ -35,8 +35,8 @@ class VehicleLimits:
     whose velocity follows by itself."""
     jerk_mps3: float = np.inf
     """By how much acceleration changes a second, of a vehicle that tilts."""
-    trims_per_s2: float = 0.0
-    """By how much its acceleration grows a second for every m/s that it is too slow."""
+    trims_for_s: float = 0.0
+    """Time constant with which it forgets what it took for wind."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,10 +51,10 @@ class VehicleTruth:
     acceleration_mps2: FloatArray = field(default_factory=lambda: np.zeros(3))
     """[3] of a vehicle that tilts."""
     trim_mps2: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """[3] that it adds, as learned."""
+    """[3] that it adds, since it took it for wind."""
 
     def trimmed_anew(self) -> VehicleTruth:
-        """As controllers begin: what it accelerates by is taken for what wind asks for."""
+        """As a controller that begins, and takes what it accelerates by for wind."""
         return replace(self, trim_mps2=self.acceleration_mps2)
 
     def after(
@@ -94,14 +94,14 @@ class VehicleTruth:
         if target.acceleration_mps2 is not None:
             faster = target.acceleration_mps2
         if isinstance(target, VelocityTarget):
-            turn = step_s * rate
+            velocity, turn = velocity + since_s * faster, step_s * rate
         else:
             place = target.position_m + since_s * velocity + 0.5 * since_s**2 * faster
             velocity = velocity + since_s * faster + GAIN_PER_S * (place - self.position_m)
             turn = float(wrap_angle(np.asarray(target.yaw_rad + since_s * rate - self.yaw_rad)))
         fastest = FASTEST * limits.cruise_mps
         velocity = velocity * min(1.0, fastest / max(float(np.linalg.norm(velocity)), 1e-9))
-        trim = self.trim_mps2 + step_s * limits.trims_per_s2 * (velocity - self.velocity_mps)
+        trim = self.trim_mps2 * np.exp(-step_s / max(limits.trims_for_s, 1e-9))
         asked = faster + STIFFNESS_PER_S * (velocity - self.velocity_mps) + trim
         most = limits.acceleration_mps2
         asked = asked * min(1.0, most / max(float(np.linalg.norm(asked)), 1e-9))
