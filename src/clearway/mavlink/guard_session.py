@@ -106,8 +106,8 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         self, set_point: SetPoint, time_s: float, own: OwnMotion | None = None
     ) -> list[Message]:
         """As velocities, where velocities are wished: with another kind of set-point ArduCopter
-        begins a controller anew, and takes what it accelerates by for wind."""
-        if not self._by_velocity:
+        begins a controller anew, and takes what it accelerates by for wind. To hold ends that."""
+        if not self._by_velocity or set_point.velocity_mps is None:
             return super().encode(set_point, time_s)
         place, heading = set_point.position_m, set_point.yaw_rad
         if own is not None:
