@@ -22,6 +22,7 @@ from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
 
+
 class Asked(NamedTuple):
     """What a wish is checked against."""
 
