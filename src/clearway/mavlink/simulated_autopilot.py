@@ -26,7 +26,7 @@ from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits, default_habits
 from clearway.mavlink.simulated_targets import Target, VelocityTarget, kind_of, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
-from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth, ground_of
 from clearway.mavlink.wire import frames_in
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
@@ -300,10 +300,3 @@ class SimulatedAutopilot:
             "refused": dict(self.refused),
             "texts": self.texts,
         }
-
-
-def ground_of(setup: FlightSetup) -> float:
-    """Height of the home: that of the world, or well below a mission that flies lower."""
-    heights = [*setup.mission.goals_m[:, 2], setup.mission.start.position_m[2]]
-    margin, lowest = setup.planner.settings.safety_margin_m, float(min(heights))
-    return 0.0 if lowest >= margin else lowest - 5.0 * margin

@@ -8,6 +8,7 @@ import numpy as np
 
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.mavlink.simulated_targets import Target, VelocityTarget
+from clearway.missions.setup import FlightSetup
 
 GAIN_PER_S = 1.0
 """Speed towards the set-point's place for every metre away from it."""
@@ -114,3 +115,10 @@ class VehicleTruth:
         middle = 0.5 * (gained + self.velocity_mps)
         yaw = float(wrap_angle(np.asarray(self.yaw_rad + turn)))
         return VehicleTruth(self.position_m + step_s * middle, gained, yaw, now, trim)
+
+
+def ground_of(setup: FlightSetup) -> float:
+    """Height of the home: that of the world, or well below a mission that flies lower."""
+    heights = [*setup.mission.goals_m[:, 2], setup.mission.start.position_m[2]]
+    margin, lowest = setup.planner.settings.safety_margin_m, float(min(heights))
+    return 0.0 if lowest >= margin else lowest - 5.0 * margin

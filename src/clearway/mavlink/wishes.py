@@ -24,7 +24,7 @@ from clearway.mavlink.set_points import (
 NO_YAW = 0x400
 VELOCITY = IGNORE_POSITION | NO_ACCELERATION | NO_YAW
 """Type mask: velocity and yaw rate count."""
-WITHOUT_PLACE = NO_PLACE | NO_YAW
+WITHOUT_PLACE = IGNORE_POSITION | NO_YAW
 """Type mask: velocity, acceleration and yaw rate count."""
 WORLD_FRAMES = (LOCAL_NED, 7)
 """MAV_FRAME_LOCAL_NED, LOCAL_OFFSET_NED: velocities are those of the world."""
@@ -121,7 +121,7 @@ def same_again(message: Message, boot_ms: int, system: int, component: int) -> M
 
 def is_of_velocity(message: Message) -> bool:
     """Whether a SET_POSITION_TARGET_LOCAL_NED is flown without a place."""
-    return bool(int(message.type_mask) & NO_PLACE)
+    return bool(int(message.type_mask) & IGNORE_POSITION)
 
 
 def encode_velocity(
