@@ -9,12 +9,21 @@ from clearway.base.errors import InputError
 from clearway.live.guard.guard_session import GuardSession
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.own_motion import OwnMotion
+from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
 from clearway.mavlink.boot_time import boot_ms
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.inbox import ReceivedMessage
 from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
-from clearway.mavlink.wishes import Sticks, encode_velocity, of_set_point, of_sticks, same_again
+from clearway.mavlink.wishes import (
+    Sticks,
+    encode_velocity,
+    is_of_velocity,
+    of_set_point,
+    of_sticks,
+    same_again,
+)
 from clearway.sensors import Lidar
 
 COMMANDS = {known.SET_POSITION_TARGET_LOCAL_NED: 8, known.MANUAL_CONTROL: 8}
@@ -39,6 +48,7 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
     ) -> None:
         super().__init__(core, sensor, terms, counts)
         self._sticks = Sticks.of(core.planner)
+        self._by_velocity = False  # Whether velocities were sent last, or places.
         self._said: bool | None = None
         self._said_s = self._refused_s = -math.inf
 
@@ -84,11 +94,27 @@ class GuardMavlinkSession(MavlinkSession[GuardSession]):
         at = (boot_ms(outcome.time_s), self.terms.system, self.terms.component)
         messages = self._why(guarded, outcome.time_s)
         if outcome.wished is not None:
+            self._by_velocity = is_of_velocity(outcome.wished)
             return [same_again(outcome.wished, *at), *messages]
         if guarded.is_velocity:
+            self._by_velocity = True
             rate = guarded.yaw_rate_rps
             return [encode_velocity(guarded.velocity_mps, rate, *at), *messages]
         return [*self._set_points(outcome.set_point, outcome.time_s), *messages]
+
+    def encode(
+        self, set_point: SetPoint, time_s: float, own: OwnMotion | None = None
+    ) -> list[Message]:
+        """As velocities, where velocities are wished: with another kind of set-point ArduCopter
+        begins a controller anew, and takes what it accelerates by for wind. To hold ends that."""
+        if not self._by_velocity or set_point.velocity_mps is None:
+            return super().encode(set_point, time_s)
+        place, heading = set_point.position_m, set_point.yaw_rad
+        if own is not None:
+            place, heading = own.position_m, own.heading_rad
+        velocity, rate = set_point.as_velocity(place, heading, self.core.speed_mps)
+        at = (boot_ms(time_s), self.terms.system, self.terms.component)
+        return [encode_velocity(velocity, rate, *at, set_point.acceleration_mps2)]
 
     def _why(self, guarded: Guarded, time_s: float) -> list[Message]:
         """A sentence where the guardian steps in, or no longer does."""

@@ -22,10 +22,8 @@ from clearway.live.handing import (
 )
 from clearway.live.link.loop import Loop
 from clearway.live.link.set_point import SetPoint
-from clearway.mavlink.boot_time import boot_ms
 from clearway.mavlink.dialect import Message
 from clearway.mavlink.mavlink_link import MavlinkLink
-from clearway.mavlink.set_points import encode_set_point
 
 MODULE = "clearway.mavlink.hand_process"
 CRITICAL = 2
@@ -39,15 +37,9 @@ class FrameEncoding:
     link: MavlinkLink[Any]
 
     def set_points(self, points: Sequence[tuple[float, SetPoint]]) -> list[tuple[Packet, ...]]:
-        session = self.link.session
-        offset, terms = session.place.world_from_local_m, session.terms
-        if offset is None:
-            return [()] * len(points)
-        target = (terms.system, terms.component)
-        frames = self._pack(
-            encode_set_point(point, offset, boot_ms(time_s), *target) for time_s, point in points
-        )
-        return [(frame,) for frame in frames]
+        encode = self.link.session.encode
+        messages = [encode(point, time_s) for time_s, point in points]
+        return [tuple(self._pack(one)) for one in messages]
 
     def says(self, _time_s: float) -> Says:
         text = self.link.session.sayings.text

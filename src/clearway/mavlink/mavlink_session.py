@@ -16,6 +16,7 @@ from clearway.base.frames import FloatArray, enu_from_ned
 from clearway.live.link.hearing import Hearing, SessionTerms
 from clearway.live.link.link_state import LinkState
 from clearway.live.link.outcome import TickOutcome
+from clearway.live.link.own_motion import OwnMotion
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink import dialect as known
 from clearway.mavlink.accuracy import StatedAccuracy
@@ -261,8 +262,17 @@ class MavlinkSession(Generic[S]):
         return messages
 
     def _set_points(self, set_point: SetPoint | None, time_s: float) -> list[Message]:
+        return [] if set_point is None else self.encode(set_point, time_s, self.core.motion)
+
+    def encode(
+        self, set_point: SetPoint, time_s: float, _own: OwnMotion | None = None
+    ) -> list[Message]:
+        """A set-point as messages; none while nobody knows where the local frame lies.
+
+        own: where the vehicle is then; None takes it to be where it should be.
+        """
         offset = self.place.world_from_local_m
-        if set_point is None or offset is None:
+        if offset is None:
             return []
         target = (self.terms.system, self.terms.component)
         return [encode_set_point(set_point, offset, boot_ms(time_s), *target)]

@@ -24,9 +24,9 @@ from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits, default_habits
-from clearway.mavlink.simulated_targets import Target, VelocityTarget, target_of
+from clearway.mavlink.simulated_targets import Target, VelocityTarget, kind_of, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
-from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth, ground_of
 from clearway.mavlink.wire import frames_in
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
@@ -68,6 +68,7 @@ class SimulatedAutopilot:
             habits.climb_acceleration_mps2,
             habits.tilt_s,
             habits.jerk_mps3,
+            habits.trims_for_s,
         )
         self._setup, self._link = setup, link
         self._packer = Packer(1, 1, key)
@@ -153,7 +154,7 @@ class SimulatedAutopilot:
             return
         hover = SetPoint(self.truth.position_m, None, self.truth.yaw_rad)
         while self._coming and self._coming[0][0] <= self.time_s + 1e-9:
-            self._flown = self._coming.popleft()[1]
+            self._begin(self._coming.popleft()[1])
         target = self._flown
         late = target is not None and target.velocity_mps is not None
         if late and self.time_s - self._target_s > self.habits.timeout_s:
@@ -163,6 +164,12 @@ class SimulatedAutopilot:
             target = VelocityTarget(away, 0.0) if away.any() else None
         told_for_s = self.time_s - self._target_s - self.habits.dead_s
         self.truth = self.truth.after(step, target or hover, self._limits, told_for_s)
+
+    def _begin(self, target: Target) -> None:
+        """Fly by a set-point from now on; by another kind, as a controller that begins."""
+        before, self._flown = self._flown, target
+        if self.habits.trims_for_s and before is not None and kind_of(before) != kind_of(target):
+            self.truth = self.truth.trimmed_anew()
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""
@@ -293,10 +300,3 @@ class SimulatedAutopilot:
             "refused": dict(self.refused),
             "texts": self.texts,
         }
-
-
-def ground_of(setup: FlightSetup) -> float:
-    """Height of the home: that of the world, or well below a mission that flies lower."""
-    heights = [*setup.mission.goals_m[:, 2], setup.mission.start.position_m[2]]
-    margin, lowest = setup.planner.settings.safety_margin_m, float(min(heights))
-    return 0.0 if lowest >= margin else lowest - 5.0 * margin

@@ -45,6 +45,9 @@ class Habits:
     """By how much its acceleration changes a second: ArduCopter's PSC_JERK_XY, 5 by default."""
     dead_s: float = 0.0
     """What it is told moves it so much later."""
+    trims_for_s: float = 0.0
+    """What it accelerates by when another kind of set-point comes it takes for wind, and adds it
+    with this time constant: ArduCopter, for about 2 s."""
     traffic_every_s: float = 0.0
     """New positions of aircraft come so seldom; between them the old one is told every second, with
     the age that it had."""

@@ -27,9 +27,18 @@ class VelocityTarget:
     """[3] local frame, z up."""
     yaw_rate_rps: float
     """Left positive."""
+    acceleration_mps2: FloatArray | None = None
+    """[3] beside it; None where none is told."""
 
 
 Target = SetPoint | VelocityTarget
+
+
+def kind_of(target: Target) -> str:
+    """Which of an autopilot's controllers flies it."""
+    if isinstance(target, VelocityTarget):
+        return "velocity"
+    return "place" if target.velocity_mps is None else "plan"
 
 
 def target_of(message: Message, yaw_rad: float, height_off_m: float) -> Target | None:
@@ -55,4 +64,6 @@ def target_of(message: Message, yaw_rad: float, height_off_m: float) -> Target |
     if frame in BODY_FRAMES:
         ahead_left_up = np.array([message.vx, -message.vy, -message.vz], dtype=np.float64)
         velocity = world_from_body([0.0, 0.0, yaw_rad]) @ ahead_left_up
-    return VelocityTarget(velocity, 0.0 if mask & NO_YAW_RATE else -float(message.yaw_rate))
+    rate = 0.0 if mask & NO_YAW_RATE else -float(message.yaw_rate)
+    faster = enu_from_ned([message.afx, message.afy, message.afz])
+    return VelocityTarget(velocity, rate, None if mask & NO_ACCELERATION else faster)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from clearway.base.frames import FloatArray, wrap_angle
 from clearway.mavlink.simulated_targets import Target, VelocityTarget
+from clearway.missions.setup import FlightSetup
 
 GAIN_PER_S = 1.0
 """Speed towards the set-point's place for every metre away from it."""
@@ -35,6 +36,8 @@ class VehicleLimits:
     whose velocity follows by itself."""
     jerk_mps3: float = np.inf
     """By how much acceleration changes a second, of a vehicle that tilts."""
+    trims_for_s: float = 0.0
+    """Time constant with which it forgets what it took for wind."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +51,12 @@ class VehicleTruth:
     yaw_rad: float
     acceleration_mps2: FloatArray = field(default_factory=lambda: np.zeros(3))
     """[3] of a vehicle that tilts."""
+    trim_mps2: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """[3] that it adds, since it took it for wind."""
+
+    def trimmed_anew(self) -> VehicleTruth:
+        """As a controller that begins, and takes what it accelerates by for wind."""
+        return replace(self, trim_mps2=self.acceleration_mps2)
 
     def after(
         self, step_s: float, target: Target, limits: VehicleLimits, told_for_s: float = 0.0
@@ -83,17 +92,18 @@ class VehicleTruth:
         velocity, faster, rate = np.zeros(3), np.zeros(3), 0.0
         if target.velocity_mps is not None:
             velocity, rate = target.velocity_mps, target.yaw_rate_rps
+        if target.acceleration_mps2 is not None:
+            faster = target.acceleration_mps2
         if isinstance(target, VelocityTarget):
-            turn = step_s * rate
+            velocity, turn = velocity + since_s * faster, step_s * rate
         else:
-            if target.acceleration_mps2 is not None:
-                faster = target.acceleration_mps2
             place = target.position_m + since_s * velocity + 0.5 * since_s**2 * faster
             velocity = velocity + since_s * faster + GAIN_PER_S * (place - self.position_m)
             turn = float(wrap_angle(np.asarray(target.yaw_rad + since_s * rate - self.yaw_rad)))
         fastest = FASTEST * limits.cruise_mps
         velocity = velocity * min(1.0, fastest / max(float(np.linalg.norm(velocity)), 1e-9))
-        asked = faster + STIFFNESS_PER_S * (velocity - self.velocity_mps)
+        trim = self.trim_mps2 * np.exp(-step_s / max(limits.trims_for_s, 1e-9))
+        asked = faster + STIFFNESS_PER_S * (velocity - self.velocity_mps) + trim
         most = limits.acceleration_mps2
         asked = asked * min(1.0, most / max(float(np.linalg.norm(asked)), 1e-9))
         share = 1.0 - np.exp(-step_s / limits.tilt_s)
@@ -104,4 +114,11 @@ class VehicleTruth:
         turn = float(np.clip(turn, -YAW_RATE_RPS * step_s, YAW_RATE_RPS * step_s))
         middle = 0.5 * (gained + self.velocity_mps)
         yaw = float(wrap_angle(np.asarray(self.yaw_rad + turn)))
-        return VehicleTruth(self.position_m + step_s * middle, gained, yaw, now)
+        return VehicleTruth(self.position_m + step_s * middle, gained, yaw, now, trim)
+
+
+def ground_of(setup: FlightSetup) -> float:
+    """Height of the home: that of the world, or well below a mission that flies lower."""
+    heights = [*setup.mission.goals_m[:, 2], setup.mission.start.position_m[2]]
+    margin, lowest = setup.planner.settings.safety_margin_m, float(min(heights))
+    return 0.0 if lowest >= margin else lowest - 5.0 * margin

@@ -24,6 +24,8 @@ from clearway.mavlink.set_points import (
 NO_YAW = 0x400
 VELOCITY = IGNORE_POSITION | NO_ACCELERATION | NO_YAW
 """Type mask: velocity and yaw rate count."""
+WITHOUT_PLACE = IGNORE_POSITION | NO_YAW
+"""Type mask: velocity, acceleration and yaw rate count."""
 WORLD_FRAMES = (LOCAL_NED, 7)
 """MAV_FRAME_LOCAL_NED, LOCAL_OFFSET_NED: velocities are those of the world."""
 BODY_FRAMES = (8, 9, 12)
@@ -117,19 +119,30 @@ def same_again(message: Message, boot_ms: int, system: int, component: int) -> M
     )
 
 
+def is_of_velocity(message: Message) -> bool:
+    """Whether a SET_POSITION_TARGET_LOCAL_NED is flown without a place."""
+    return bool(int(message.type_mask) & IGNORE_POSITION)
+
+
 def encode_velocity(
-    velocity_mps: FloatArray, yaw_rate_rps: float, boot_ms: int, system: int, component: int
+    velocity_mps: FloatArray,
+    yaw_rate_rps: float,
+    boot_ms: int,
+    system: int,
+    component: int,
+    acceleration_mps2: FloatArray | None = None,
 ) -> Message:
-    """A velocity [3] of the world, without a place."""
+    """A velocity [3] of the world, without a place; and an acceleration [3] beside it."""
+    faster = np.zeros(3) if acceleration_mps2 is None else acceleration_mps2
     return dialect().MAVLink_set_position_target_local_ned_message(
         boot_ms,
         system,
         component,
         LOCAL_NED,
-        VELOCITY,
+        VELOCITY if acceleration_mps2 is None else WITHOUT_PLACE,
         *[0.0, 0.0, 0.0],
         *ned_from_enu(velocity_mps).tolist(),
-        *[0.0, 0.0, 0.0],
+        *ned_from_enu(faster).tolist(),
         0.0,
         -yaw_rate_rps,
     )

@@ -17,11 +17,11 @@ from clearway.base.state import State
 from clearway.io.json_values import round_number
 from clearway.live.link.set_point import SetPoint
 from clearway.mavlink.distances import BODY_FRD
-from clearway.mavlink.simulated_autopilot import SOMEWHERE, ground_of
+from clearway.mavlink.simulated_autopilot import SOMEWHERE
 from clearway.mavlink.simulated_habits import default_habits
 from clearway.mavlink.simulated_targets import Target
 from clearway.mavlink.simulated_telemetry import SECTORS, measure_sectors
-from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth
+from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth, ground_of
 from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup
 from clearway.px4.mode import FIRST_MODE, HOLD_MODE

@@ -11,7 +11,7 @@ import numpy as np
 from clearway.avoidance.plan.planner import Planner
 from clearway.avoidance.plan.situation import Situation, margin_m
 from clearway.base.errors import ClearwayError
-from clearway.base.frames import FloatArray, measure_length
+from clearway.base.frames import FloatArray
 from clearway.base.state import State
 from clearway.live.guard.aircraft_ahead import AircraftAhead
 from clearway.live.guard.braking import Braking
@@ -21,9 +21,6 @@ from clearway.live.guard.nearby import velocities_near
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
-
-SLIGHT_MPS = 0.3
-"""A velocity that is no farther off the own one is flown already."""
 
 
 class Asked(NamedTuple):
@@ -80,11 +77,10 @@ class Admission:
         return self._examine_eager(examined, asked) if examined.passes else examined
 
     def _examine_eager(self, examined: Examined, asked: Asked) -> Examined:
-        """Hold a wish that passes against an autopilot that comes to it sooner than is planned."""
+        """Hold a wish that passes against an autopilot that comes to it sooner than is planned, and
+        brakes later: also at the wished velocity, where nothing is gained any more."""
         automaton, brakes, own = self.planner.automaton, self._brakes, asked.velocity_mps
-        wished = examined.wish.velocity_from(asked.state.position_m, self.hold_s)
-        gained = measure_length(wished - own)
-        if not (automaton.has_inertia and gained > SLIGHT_MPS):
+        if not automaton.has_inertia:
             return examined
         leg = leg_of(
             examined.wish, asked.state, own, automaton, self.hold_s, brakes.late, brakes.eager

@@ -64,7 +64,7 @@ class Replacement:
         if held is not None and held.loop and not threat and self._between_pitches(state):
             return None, f"{FLOWN_ON} to a pitch that movements keep"
         decision = self._decide(wish, asked)
-        if goes_on and _brakes(held) and decision.choice.basis is Basis.WAY_OUT:
+        if held is not None and _brakes(held) and self._is_no_better(decision, asked, goes_on):
             # To brake anew at every tick, from a class of speed, is never to brake.
             return None, FLOWN_ON
         good = decision.choice.basis not in NOT_GOOD and is_certain(decision.way_out)
@@ -76,6 +76,15 @@ class Replacement:
                 return None, FLOWN_ON
         self._holding.take_decision(decision)
         return decision, f"; {explanation(decision, Mode.AVOIDANCE, obstacle_map)}"
+
+    def _is_no_better(self, decision: Decision, asked: Asked, goes_on: bool) -> bool:
+        """Whether a decision finds nothing better than the rest of an escape: while it brakes no
+        emergency is, but for one that an aircraft causes."""
+        basis = decision.choice.basis
+        if basis is Basis.WAY_OUT:
+            return goes_on
+        brakes = self._holding.velocity_at(asked.state.time_s).any()
+        return basis in NOT_GOOD and bool(brakes) and not asked.around.intruders
 
     def _between_pitches(self, state: State) -> bool:
         """Whether movements from here would climb or sink for ever."""
@@ -113,7 +122,7 @@ class Replacement:
         )
 
 
-def _brakes(held: Held | None) -> bool:
+def _brakes(held: Held) -> bool:
     """Whether an escape is flown in place of a wish."""
-    decision = None if held is None else held.decision
+    decision = held.decision
     return decision is not None and decision.choice.basis is Basis.WAY_OUT
