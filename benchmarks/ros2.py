@@ -4,6 +4,10 @@ A robot publishes clouds at a rate, and own places, on the loopback interface, a
 street as the node, `clearway ros2`, tells it. Printed is how many clouds were lost and where, how
 long it took from the stamp of a cloud to the path that was decided on it, and the node's CPU and
 memory.
+
+Over real rclpy it runs by a Python of ROS, which `make ros` sets up and which does not find
+clearway by itself: `PYTHONPATH=src .venv-ros/kilted/bin/python -m benchmarks.ros2 --node rclpy
+--robot rclpy`.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -12,25 +11,36 @@ from pathlib import Path
 
 import pytest
 
+from hand_links import EARS
 from hand_pair import Pair, is_running
+from ros2_for_tests import LOOPBACK
 
 pytestmark = pytest.mark.realtime
 
 
-@pytest.fixture
-def heard() -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("127.0.0.1", 0))
-        one.settimeout(3.0)
-        yield one
+LINKS = [
+    "mavlink",
+    *(pytest.param(one, marks=pytest.mark.nightly) for one in ("ros2", "px4")),
+]
 
 
 @pytest.fixture
-def pair(tmp_path: Path, heard: socket.socket) -> Iterator[Callable[[str], Pair]]:
-    begun: list[Pair] = []
+def link() -> str:
+    """Of tests that look at one alone."""
+    return "mavlink"
+
+
+@pytest.fixture
+def pair(
+    tmp_path: Path, link: str, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[[str], Pair]]:
+    if link != "mavlink":
+        pytest.importorskip("cyclonedds", reason="needs the packages of [ros2]")
+        monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    begun, ear = list[Pair](), EARS[link]()
 
     def begin(script: str) -> Pair:
-        begun.append(Pair(tmp_path, heard, script))
+        begun.append(Pair(tmp_path, ear, script))
         return begun[-1]
 
     yield begin
@@ -39,8 +49,10 @@ def pair(tmp_path: Path, heard: socket.socket) -> Iterator[Callable[[str], Pair]
         one.decider.communicate()
         if is_running(one.hand):
             os.kill(one.hand, signal.SIGKILL)
+    ear.close()
 
 
+@pytest.mark.parametrize("link", LINKS)
 def test_killed_its_escape_is_flown_to_the_end_and_nothing_else(
     pair: Callable[[str], Pair],
 ) -> None:
@@ -59,6 +71,7 @@ def test_killed_its_escape_is_flown_to_the_end_and_nothing_else(
     assert both.rows()[0]["why"] == "the deciding process died"
 
 
+@pytest.mark.parametrize("link", LINKS)
 def test_stopped_it_is_relieved_and_says_so_once_it_goes_on(pair: Callable[[str], Pair]) -> None:
     both = pair("ok = fly(100); hand.end(); print(ok, said, flush=True)")
     both.until("own 3")
@@ -68,12 +81,13 @@ def test_stopped_it_is_relieved_and_says_so_once_it_goes_on(pair: Callable[[str]
     both.decider.send_signal(signal.SIGCONT)
     output = both.ended()
     assert output.startswith("False ['the second process has taken over")
-    both._heard.settimeout(0.3)
+    both.ear.timeout_s = 0.3
     with pytest.raises(TimeoutError):
         both.next()  # Nobody speaks any more.
     assert both.hand_ends()
 
 
+@pytest.mark.parametrize("link", LINKS)
 def test_stopped_only_for_a_moment_it_goes_on_and_the_other_is_silent_again(
     pair: Callable[[str], Pair],
 ) -> None:
@@ -104,7 +118,7 @@ def test_killed_before_its_first_escape_nothing_is_flown_and_that_is_said(
 ) -> None:
     both = pair(
         "none = escape(0, 0)._replace(why_none='no escape was held')\n"
-        "for n in range(100): hand.hand_over(none); speak(b'own'); time.sleep(0.1)"
+        "for n in range(100): hand.hand_over(none); speak('own'); time.sleep(0.1)"
     )
     both.until("own")
     both.decider.kill()
@@ -120,12 +134,12 @@ def test_a_broken_hand_over_is_not_flown_nor_is_the_one_before(pair: Callable[[s
         "fly(3)\n"
         "broken = bytearray(encode(Kind.ESCAPE, time.monotonic(), escape(50, 8)))\n"
         "broken[60] ^= 4\n"
-        "hand._end.send(bytes(broken)); speak(b'broken'); time.sleep(60)"
+        "hand._end.send(bytes(broken)); speak('broken'); time.sleep(60)"
     )
     both.until("broken")
     both.decider.kill()
     assert both.hand_ends()
-    both._heard.settimeout(0.3)
+    both.ear.timeout_s = 0.3
     with pytest.raises(TimeoutError):
         both.next()
     assert [row["hand"] for row in both.rows()] == ["holds nothing", "flies nothing"]
@@ -190,7 +204,7 @@ def test_a_decider_stopped_while_it_speaks_is_killed_so_that_only_one_speaks(
     both = pair(
         "fly(3)\n"
         "hand.hand_over(escape(3, 20))\n"
-        "hand.speak(lambda: (way.sendto(b'stops', ('127.0.0.1', port)), time.sleep(60)))"
+        "hand.speak(lambda: (way.send('stops'), time.sleep(60)))"
     )
     both.until("stops")
     assert "begins" in both.until("over")

@@ -21,6 +21,7 @@ from clearway.px4.simulated import ModePilot
 from clearway.px4.simulated_px4 import SimulatedPx4
 from clearway.ros2.dds import DdsBus
 from hand_flights import WALL
+from px4_for_tests import each
 from ros2_for_tests import LOOPBACK
 from ros2_processes import all_ended, begun
 
@@ -136,8 +137,9 @@ def on_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
 
 
-def test_killed_before_a_wall_its_escape_is_flown_to_the_end(tmp_path: Path) -> None:
-    with flight_of(tmp_path, "1.18") as flight:
+@each("1.18")
+def test_killed_before_a_wall_its_escape_is_flown_to_the_end(tmp_path: Path, release: str) -> None:
+    with flight_of(tmp_path, release) as flight:
         flight.fly_to(NEAR_M)
         cut_s, second = flight.px4.time_s, flight.second_process()
         flight.node.kill()

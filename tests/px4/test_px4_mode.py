@@ -1,4 +1,4 @@
-"""clearway as a mode of a simulated PX4: registered, checked, flown, given up, forgotten."""
+"""clearway as a mode of a simulated PX4: checked, flown, given up, forgotten."""
 
 from __future__ import annotations
 
@@ -10,98 +10,16 @@ import pytest
 
 pytest.importorskip("rosbags", reason="needs the packages of [ros2]")
 
-from clearway.base.errors import InputError
 from clearway.px4 import simulated_px4
-from clearway.px4.mode import HOLD_MODE, OFFBOARD
+from clearway.px4.mode import HOLD_MODE
 from clearway.px4.releases import RELEASES
-from clearway.px4.simulated_commander import TAKE_OFF, Px4Habits
+from clearway.px4.simulated_commander import Px4Habits
 from clearway.ros2.bus import USUAL
 from clearway.ros2.messages import make_message, pack_message
-from px4_for_tests import End, Px4Bench
+from px4_for_tests import End, Px4Bench, each, flying
 
 MARGIN_M = 0.6
 TRAJECTORY = "px4_msgs/msg/TrajectorySetpoint"
-
-
-def flying(folder: Path, release: str = "1.18", flown_s: float = 3.0, **how: Any) -> Px4Bench:
-    bench = Px4Bench(folder, release, **how)
-    assert bench.until(bench.flies), bench.said
-    bench.step(round(flown_s / 0.1))
-    assert bench.flies()
-    return bench
-
-
-# --- registered ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("release", RELEASES)
-def test_a_mission_is_flown_past_a_wall(release: str, tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, release)
-    assert bench.link.release.name == release
-    assert bench.until(bench.flies)
-    assert bench.until(lambda: bench.commander.completed, 60.0)
-    assert bench.px4.from_goal_m < 1.5
-    assert bench.px4.nearest_obstacle_m >= MARGIN_M
-    assert bench.px4.fastest_mps > 0.5
-    assert not bench.commander.is_in_failsafe
-    assert bench.px4.strays == 0, "no set-point where PX4 flies another mode"
-    assert not any("gives the vehicle up" in one for one in bench.said)
-
-
-@pytest.mark.parametrize("release", RELEASES)
-def test_a_px4_of_another_meaning_is_refused(release: str, tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, release, Px4Habits(api=3))
-    with pytest.raises(InputError, match=r"version 3 of external modes.*px4.release"):
-        bench.step(30)
-    bench.px4.step()
-    assert not bench.commander.modes, "it left PX4 again"
-
-
-@pytest.mark.parametrize("message", ["VehicleStatus", "TrajectorySetpoint", "ArmingCheckReply"])
-def test_a_message_with_other_fields_is_refused(message: str, tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.17", Px4Habits(other_fields=(message,)))
-    with pytest.raises(InputError, match=rf"{message} has other fields.*update clearway"):
-        bench.step(60)
-    assert not bench.commander.modes, "it never registered"
-
-
-def test_a_vehicle_that_takes_no_trajectories_is_refused(tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.18", Px4Habits(takes_trajectories=False))
-    with pytest.raises(InputError, match=r"takes no trajectories.*multicopter"):
-        bench.step(60)
-
-
-def test_an_armed_px4_takes_the_mode_once_it_is_disarmed(tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.18", Px4Habits(starts_armed=True))
-    bench.step(40)
-    assert not bench.commander.modes
-    assert bench.last is not None
-    assert "disarm" in bench.last.why_state
-    bench.commander.is_armed = False
-    assert bench.until(lambda: bench.commander.can_fly(23), 10.0, pilot=False)
-
-
-def test_the_mode_takes_offboards_place(tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.17", px4={"replaces_offboard": True})
-    assert bench.until(lambda: bench.commander.can_fly(23), pilot=False)
-    assert bench.commander.choose(OFFBOARD)
-    assert bench.commander.nav_state == 23
-
-
-def test_nobody_is_armed_in_a_mode_that_does_not_take_off(tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.18")
-    assert bench.until(lambda: bench.commander.can_fly(23), pilot=False)
-    assert bench.commander.choose(23)
-    assert not bench.commander.arm()
-    assert bench.commander.choose(TAKE_OFF)
-    assert bench.commander.arm()
-
-
-def test_a_listener_does_not_register(tmp_path: Path) -> None:
-    bench = Px4Bench(tmp_path, "1.18", act=False)
-    bench.step(40)
-    assert not bench.px4.heard
-    assert not bench.link.missing()
 
 
 CLOUDS = {
@@ -163,8 +81,11 @@ def test_a_px4_that_does_not_hold_is_told_that_the_mode_cannot_be_flown(
     assert 9.5 < bench.px4.time_s < 11.0
 
 
-def test_an_invalid_estimate_ends_in_hold_and_may_be_flown_again(tmp_path: Path) -> None:
-    bench = flying(tmp_path, "1.16")
+@each("1.16")
+def test_an_invalid_estimate_ends_in_hold_and_may_be_flown_again(
+    tmp_path: Path, release: str
+) -> None:
+    bench = flying(tmp_path, release)
     place = bench.px4.truth.position_m
     bench.commander.position_is_valid = True
     bench.px4.habits = Px4Habits()
@@ -190,8 +111,11 @@ def test_an_invalid_estimate_ends_in_hold_and_may_be_flown_again(tmp_path: Path)
     assert np.linalg.norm(bench.px4.truth.position_m - place) > 0.5
 
 
-def test_a_mode_that_was_left_by_the_estimator_may_be_chosen_again(tmp_path: Path) -> None:
-    bench = flying(tmp_path, habits=Px4Habits(resets_s=9.0))
+@each("1.18")
+def test_a_mode_that_was_left_by_the_estimator_may_be_chosen_again(
+    tmp_path: Path, release: str
+) -> None:
+    bench = flying(tmp_path, release, habits=Px4Habits(resets_s=9.0))
     assert bench.until(bench.holds, 10.0, pilot=False)
     bench.step(10, pilot=False)
     assert bench.commander.choose(23)
@@ -199,16 +123,18 @@ def test_a_mode_that_was_left_by_the_estimator_may_be_chosen_again(tmp_path: Pat
     assert bench.px4.nearest_obstacle_m >= MARGIN_M
 
 
-def test_a_dead_sensor_ends_in_hold(tmp_path: Path) -> None:
-    bench = flying(tmp_path)
+@each("1.18")
+def test_a_dead_sensor_ends_in_hold(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release)
     bench.px4._tell_sensor = lambda: None  # type: ignore[method-assign]
     assert bench.until(bench.holds, 20.0, pilot=False)
     assert any("sensor lost" in one for one in bench.said)
     assert bench.px4.nearest_obstacle_m >= MARGIN_M
 
 
-def test_the_pilot_takes_over_at_any_time(tmp_path: Path) -> None:
-    bench = flying(tmp_path)
+@each("1.18")
+def test_the_pilot_takes_over_at_any_time(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release)
     assert bench.commander.choose(HOLD_MODE)
     bench.step(2, pilot=False)
     sent = bench.px4.heard["TrajectorySetpoint"]
@@ -218,8 +144,9 @@ def test_the_pilot_takes_over_at_any_time(tmp_path: Path) -> None:
     assert not any("gives the vehicle up" in one for one in bench.said)
 
 
-def test_set_points_of_another_program_are_a_doubt(tmp_path: Path) -> None:
-    bench = flying(tmp_path)
+@each("1.18")
+def test_set_points_of_another_program_are_a_doubt(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release)
     other = End(bench.topics)
     topic = bench.link.release.topic("TrajectorySetpoint")
     other.advertise(topic, TRAJECTORY, USUAL)
@@ -231,8 +158,9 @@ def test_set_points_of_another_program_are_a_doubt(tmp_path: Path) -> None:
 # --- gone ---------------------------------------------------------------------------------
 
 
-def test_a_px4_that_dies_is_reported_and_ends_the_run(tmp_path: Path) -> None:
-    bench = flying(tmp_path, habits=Px4Habits(dies_s=9.0))
+@each("1.18")
+def test_a_px4_that_dies_is_reported_and_ends_the_run(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release, habits=Px4Habits(dies_s=9.0))
     states = []
     for _ in range(80):
         bench.step(pilot=False)
@@ -261,8 +189,9 @@ def test_px4_leaves_a_mode_whose_process_died(release: str, most_s: float, tmp_p
     assert bench.commander.is_in_failsafe
 
 
-def test_the_end_leaves_px4_holding(tmp_path: Path) -> None:
-    bench = flying(tmp_path)
+@each("1.18")
+def test_the_end_leaves_px4_holding(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release)
     bench.link.end()
     bench.px4.step()
     assert bench.holds()
@@ -270,8 +199,9 @@ def test_the_end_leaves_px4_holding(tmp_path: Path) -> None:
     assert not bench.commander.is_in_failsafe
 
 
-def test_nonsense_from_px4_is_counted_and_ends_nothing(tmp_path: Path) -> None:
-    bench = flying(tmp_path)
+@each("1.18")
+def test_nonsense_from_px4_is_counted_and_ends_nothing(tmp_path: Path, release: str) -> None:
+    bench = flying(tmp_path, release)
     other, rng = End(bench.topics), np.random.default_rng(5)
     heard = [one for one in bench.link.topics if one.startswith("/fmu/")]
     for topic in heard:

@@ -84,7 +84,7 @@ def test_latched_topics_reach_those_who_come_later() -> None:
 @pytest.mark.nightly
 def test_a_flight_past_a_pillar_led_from_another_process(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(PARAMETERS)
-    robot = begun(SUPPORT / "ros2_robot.py", PILLAR, DOMAIN, 700)
+    robot = begun(SUPPORT / "ros2_robot.py", PILLAR, DOMAIN, 700, "PositionTarget")
     node = begun(
         "-m", "clearway", "ros2", tmp_path / "p.yaml", "--domain", DOMAIN, "--end-on-arrival",
         "--duration", 400, "--json",

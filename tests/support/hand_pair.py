@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -12,57 +12,73 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-DECIDER = """
-import json, os, socket, sys, time
-from clearway.hand.hand import SecondProcess
-from clearway.hand.handover import HandOver, Kind, Scheduled, Packet, encode
+from hand_links import Ear
 
-port, log, period_s = int(sys.argv[1]), os.open(sys.argv[2], os.O_RDWR | os.O_CREAT), 0.1
-way = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-sender = {"descriptor": way.fileno(), "line": False, "key": None}
+READY_S = 30.0
+SUPPORT = Path(__file__).resolve().parent
+DECIDER = """
+import os, sys, time
+from clearway.hand.hand import SecondProcess
+from clearway.hand.handover import HandOver, Kind, Scheduled, encode
+from hand_links import WAYS
+
+way, log, period_s = WAYS[sys.argv[1]](int(sys.argv[2])), sys.argv[3], 0.1
+log = os.open(log, os.O_RDWR | os.O_CREAT)
 said = []
+
+def note(text):
+    said.append(text)
+    print(text, file=sys.stderr, flush=True)
+
 hand = SecondProcess.start(
-    "clearway.mavlink.hand_process", sender, (way.fileno(),), period_s, log=log, notice=said.append
+    way.module, way.sender, way.descriptors, period_s, log=log, notice=note
 )
 
 def escape(first, moments):
     now = time.monotonic()
     return HandOver(
-        tuple(Scheduled(now + n * period_s, (Packet(0, b"hand %d" % (first + n)),))
+        tuple(Scheduled(now + n * period_s, way.packets("hand %d" % (first + n)))
               for n in range(moments)),
-        peer=("127.0.0.1", port), begins=(Packet(0, b"begins"),), over=(Packet(0, b"over"),),
-        nothing=(Packet(0, b"nothing"),),
+        peer=way.peer, begins=way.packets("begins"), over=way.packets("over"),
+        nothing=way.packets("nothing"),
     )
 
 def speak(text):
-    return hand.speak(lambda: way.sendto(text, ("127.0.0.1", port)))
+    return hand.speak(lambda: way.send(text))
 
 def fly(ticks, first=0, late_s=0.0):
     for n in range(first, first + ticks):
         hand.hand_over(escape(n, 8))
-        if not speak(b"own %d" % n):
+        if not speak("own %d" % n):
             return False
         time.sleep(period_s + late_s)
     return True
 
 print(hand._process.pid, flush=True)
+input()
 """
 
 
 class Pair:
-    """A deciding process that runs a script, and its second one."""
+    """A deciding process that runs a script, and its second one, heard at a link's other end."""
 
-    def __init__(self, folder: Path, heard: socket.socket, script: str) -> None:
-        self.log, self._heard = folder / "log.jsonl", heard
-        words = [sys.executable, "-c", DECIDER + script, str(heard.getsockname()[1]), str(self.log)]
+    def __init__(self, folder: Path, ear: Ear, script: str) -> None:
+        self.log, self.ear = folder / "log.jsonl", ear
+        words = [sys.executable, "-c", DECIDER + script, ear.link, str(ear.at), str(self.log)]
+        path = os.pathsep.join([str(SUPPORT), os.environ.get("PYTHONPATH", "")])
         self.decider = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env=os.environ | {"PYTHONPATH": path},
+        )  # fmt: skip
+        assert self.decider.stdin is not None
         assert self.decider.stdout is not None
         self.hand = int(self.decider.stdout.readline())
+        assert wait_for(ear.is_ready, READY_S)
+        self.decider.stdin.write("\n")
+        self.decider.stdin.flush()
 
     def next(self) -> str:
-        return self._heard.recv(4096).decode()
+        return self.ear.next()
 
     def until(self, text: str) -> list[str]:
         """What is heard up to a text, with it."""

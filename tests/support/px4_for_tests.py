@@ -6,6 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from clearway.live.link.outcome import TickOutcome
 from clearway.missions.mission_file import read_mission_file
 from clearway.missions.setup import prepare
@@ -166,3 +168,19 @@ class Px4Bench:
 
     def holds(self) -> bool:
         return self.commander.nav_state == 4
+
+
+def flying(folder: Path, release: str = "1.18", flown_s: float = 3.0, **how: Any) -> Px4Bench:
+    bench = Px4Bench(folder, release, **how)
+    assert bench.until(bench.flies), bench.said
+    bench.step(round(flown_s / 0.1))
+    assert bench.flies()
+    return bench
+
+
+def each(by_day: str) -> pytest.MarkDecorator:
+    """Every release; all but one by night."""
+    found = [
+        pytest.param(one, marks=() if one == by_day else pytest.mark.nightly) for one in RELEASES
+    ]
+    return pytest.mark.parametrize("release", found)

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN, LOOPBACK
+from ros_pythons import SUPPORT, begun_in_ros
 
-SUPPORT = REPOSITORY / "tests" / "support"
 ENVIRONMENT = os.environ | {
     "CYCLONEDDS_URI": LOOPBACK,
     "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "src"), str(SUPPORT)]),
@@ -54,19 +54,31 @@ class FlownApart(NamedTuple):
 
 
 def flown_apart(
-    folder: Path, mission: str, parameters: str, command: str, steps: int, *more: object
+    folder: Path,
+    mission: str,
+    parameters: str,
+    command: str,
+    steps: int,
+    *more: object,
+    kind: str = "PositionTarget",
+    ros: str | None = None,
 ) -> FlownApart:
     """A mission (TOML) flown by a simulated robot and led over DDS; more: options of the node.
 
-    command: guard has somebody command the robot straight at its goal.
+    command: guard has somebody command the robot straight at its goal, and takes Twist. kind: of
+    the set-points. ros: a Python with rclpy, which both are run by.
     """
     (folder / "m.toml").write_text(mission)
     (folder / "p.yaml").write_text(parameters)
-    piloted = ["pilot"] if command == "guard" else []
-    robot = begun(SUPPORT / "ros2_robot.py", folder / "m.toml", DOMAIN, steps, *piloted)
-    node = begun(
-        "-m", "clearway", command, folder / "p.yaml", "--domain", DOMAIN, "--json", *more
-    )  # fmt: skip
+    at = DOMAIN if ros is None else "rclpy"
+    robot_words: list[object] = [SUPPORT / "ros2_robot.py", folder / "m.toml", at, steps]
+    robot_words += ["Twist", "pilot"] if command == "guard" else [kind]
+    node_words = ["-m", "clearway", command, folder / "p.yaml", "--json", *more]
+    if ros is None:
+        robot, node = begun(*robot_words), begun(*node_words, "--domain", DOMAIN)
+    else:
+        robot = begun_in_ros(ros, *robot_words)
+        node = begun_in_ros(ros, *node_words, "--backend", "rclpy")
     with all_ended(robot, node):
         flown = json.loads(robot.communicate(timeout=1200)[0])
         if command == "guard":

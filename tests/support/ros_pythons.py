@@ -8,6 +8,7 @@ import subprocess
 from repository import REPOSITORY
 from ros2_for_tests import DOMAIN
 
+SUPPORT = REPOSITORY / "tests" / "support"
 PYTHONS = [one for one in os.environ.get("CLEARWAY_ROS_PYTHON", "").split(os.pathsep) if one]
 """One of each distribution, as `make nightly` sets them up."""
 NO_ROS = "CLEARWAY_ROS_PYTHON names no Python with rclpy: make nightly sets two up"
@@ -19,7 +20,7 @@ def begun_in_ros(python: str, *words: object, **more: str) -> subprocess.Popen[s
     surroundings = os.environ | {
         "ROS_DOMAIN_ID": str(ROS_DOMAIN),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "PYTHONPATH": str(REPOSITORY / "src"),
+        "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "src"), str(SUPPORT)]),
     }
     return subprocess.Popen(
         [python, *(str(word) for word in words)],
