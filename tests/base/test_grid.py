@@ -113,5 +113,5 @@ def test_an_infinite_range_is_refused_without_a_warning():
 
 
 def test_no_cells_are_refused():
-    with pytest.raises(ClearwayError, match="columns: a whole number from 1 is needed, got 0"):
+    with pytest.raises(ClearwayError, match=r"columns: .* from 1 to 100,000 "):
         AvoidanceGrid.uniform(columns=0)

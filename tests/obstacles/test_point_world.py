@@ -68,7 +68,7 @@ def test_an_empty_cloud_is_empty_space():
         (np.zeros((4, 2)), 0.1, None, "shape"),
         (np.array([[0.0, np.nan, 0.0]]), 0.1, None, "finite"),
         (np.zeros((4, 3)), 0.0, None, "point_radius_m"),
-        (np.zeros((4, 3)), 0.1, np.zeros(3, dtype=np.uint8), "3 labels for 4 points"),
+        (np.zeros((4, 3)), 0.1, np.zeros(3, dtype=np.uint8), "one a point, got .3."),
     ],
 )
 def test_impossible_clouds_are_refused(points, radius, labels, message):

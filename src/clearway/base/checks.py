@@ -29,7 +29,7 @@ SHOWN = 60
 """Characters of a refused value that a message repeats."""
 
 
-def is_number(value: Any) -> bool:
+def fits_float(value: Any) -> bool:
     """Whether a value is one real number that a float can hold; NaN and infinity are."""
     if not isinstance(value, (int, float, np.number, np.ndarray)) or np.ndim(value):
         return False
@@ -43,7 +43,7 @@ def is_number(value: Any) -> bool:
 def number_problem(name: str, value: Any, low: float = 0.0, high: float = LARGEST) -> str | None:
     """What keeps a value from being a number within [low, high]; NaN is within nothing."""
     try:
-        if low <= value <= high and (isinstance(value, float) or is_number(value)):
+        if low <= value <= high and (isinstance(value, float) or fits_float(value)):
             return None
     except (TypeError, ValueError, OverflowError):
         pass
@@ -198,7 +198,7 @@ def collect_problems(problems: Iterable[str | None]) -> list[str]:
 
 def positive(name: str, value: float) -> float:
     """The value; raises ClearwayError for what is no finite number above 0."""
-    if not (is_number(value) and 0.0 < value < np.inf):
+    if not (fits_float(value) and 0.0 < value < np.inf):
         raise ClearwayError(f"{name}: must be a finite number above 0, got {_show(value)}")
     return value
 

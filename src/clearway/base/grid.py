@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import brief, one_line
-from clearway.base.checks import check_floats, is_number, number_problem, shape_of
+from clearway.base.checks import check_floats, fits_float, number_problem, shape_of
 from clearway.base.compiled import compiled
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
@@ -286,7 +286,7 @@ def _span(
 ) -> tuple[float, float]:
     """First and last edge; raises ClearwayError for what is neither a number nor two."""
     both = end_or_both if isinstance(end_or_both, tuple) else (end_or_both,)
-    if len(both) not in (1, 2) or not all(map(is_number, both)):
+    if len(both) not in (1, 2) or not all(map(fits_float, both)):
         raise ClearwayError(f"grid {name}: a number or two are needed, got {end_or_both!r}")
     return (0.0 if from_zero else -both[0], both[0]) if len(both) == 1 else (both[0], both[1])
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from clearway.base.arrays import Floats, Floats2, Ints
 from clearway.base.brief import one_line
-from clearway.base.checks import check_floats, is_number, shape_of
+from clearway.base.checks import check_floats, fits_float, shape_of
 from clearway.base.compiled import compiled, read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
@@ -71,7 +71,7 @@ class PointWorld:
         points = read_only(check_floats("point world: points_m", points_m))
         if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
             raise ClearwayError("point world: points must be finite numbers of shape [n, 3]")
-        if not (is_number(point_radius_m) and 0.0 < point_radius_m < np.inf):
+        if not (fits_float(point_radius_m) and 0.0 < point_radius_m < np.inf):
             raise ClearwayError(
                 f"point world: point_radius_m must be a number above 0, got {point_radius_m}"
             )

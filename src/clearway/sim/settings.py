@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from clearway.base.brief import brief
-from clearway.base.checks import is_number, vector_problem
+from clearway.base.checks import fits_float, vector_problem
 from clearway.base.errors import ClearwayError
 from clearway.sim.faults import NO_FAULTS, Faults
 
@@ -53,10 +53,10 @@ class SimulationSettings:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        if not (is_number(self.step_s) and 0.0 < self.step_s <= LARGEST_STEP_S):
+        if not (fits_float(self.step_s) and 0.0 < self.step_s <= LARGEST_STEP_S):
             raise ClearwayError(f"step_s: must be within (0, {LARGEST_STEP_S}], got {self.step_s}")
         most, rate_hz = 1.0 / self.step_s, self.scan_rate_hz
-        if rate_hz is not None and not (is_number(rate_hz) and 0.0 < rate_hz <= most):
+        if rate_hz is not None and not (fits_float(rate_hz) and 0.0 < rate_hz <= most):
             raise ClearwayError(
                 f"scan_rate_hz: must be within (0, {most:g}], at most one a step_s, got {rate_hz}"
             )
@@ -69,7 +69,7 @@ class SimulationSettings:
         )
         for name in ("scan_latency_s", "adversary_m", *noises):
             value = getattr(self, name)
-            if not (is_number(value) and 0.0 <= value < np.inf):
+            if not (fits_float(value) and 0.0 <= value < np.inf):
                 raise ClearwayError(f"{name}: must be a number >= 0, got {value}")
         if problem := vector_problem("wind_mps", self.wind_mps, 3):
             raise ClearwayError(problem)

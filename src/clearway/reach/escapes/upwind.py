@@ -58,7 +58,7 @@ def _find(library: EscapeLibrary, start: int, x_mps: float, y_mps: float) -> Way
             loop_of[at, side] = numbers.setdefault(loop, len(numbers))
     begins = np.repeat(starts, len(circles))
     loops = loop_of[heading].ravel()
-    allowed = _allowed(library, list(numbers))[ways.movement[begins], loops]
+    allowed = _find_allowed(library, list(numbers))[ways.movement[begins], loops]
     begins, loops = begins[allowed], loops[allowed]
     others = slice(0, MOST_OTHERS)
     lengths = [len(loop) for loop in numbers]
@@ -131,7 +131,7 @@ def _against(
     return (turn,) * turned + (straight,) * straights + (turn,) * (count - turned)
 
 
-def _allowed(library: EscapeLibrary, loops: list[tuple[int, ...]]) -> npt.NDArray[np.bool_]:
+def _find_allowed(library: EscapeLibrary, loops: list[tuple[int, ...]]) -> npt.NDArray[np.bool_]:
     """[movements + 1, loops] whether an automaton allows a loop, again and again, after a movement;
     the last row, which is also that of -1, for none."""
     forbidden, names = library.automaton.forbidden, library.automaton.names

@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 import numpy as np
 
 from clearway.base.brief import brief, in_brief, one_line
-from clearway.base.checks import is_number, kind_of, number_problem, take_floats, time_problem
+from clearway.base.checks import fits_float, kind_of, number_problem, take_floats, time_problem
 from clearway.base.compiled import read_only
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, world_from_body
@@ -88,15 +88,15 @@ class Lidar:
 
     def __post_init__(self) -> None:
         kind_of(f"lidar {self.name}: pattern", self.pattern, BeamPattern)
-        if not (is_number(self.dropout) and 0.0 <= self.dropout < 1.0):
+        if not (fits_float(self.dropout) and 0.0 <= self.dropout < 1.0):
             raise ClearwayError(f"lidar {self.name}: dropout must be in [0, 1), got {self.dropout}")
         self._refuse_false_returns()
         for name in ("sigma_m", "airframe_radius_m"):
             value = getattr(self, name)
-            if not (is_number(value) and 0.0 <= value < np.inf):
+            if not (fits_float(value) and 0.0 <= value < np.inf):
                 raise ClearwayError(f"lidar {self.name}: {name} must be a number >= 0, got {value}")
         dark_m = self.dark_range_m
-        if dark_m is not None and not (is_number(dark_m) and dark_m > 0.0):
+        if dark_m is not None and not (fits_float(dark_m) and dark_m > 0.0):
             raise ClearwayError(
                 f"lidar {self.name}: dark_range_m must be a number > 0, got {self.dark_range_m}"
             )
@@ -105,7 +105,7 @@ class Lidar:
     def _refuse_false_returns(self) -> None:
         """Raise ClearwayError for a share that is none, or of an endless range."""
         share = self.false_returns
-        if not (is_number(share) and 0.0 <= share < 1.0):
+        if not (fits_float(share) and 0.0 <= share < 1.0):
             raise ClearwayError(f"lidar {self.name}: false_returns must be in [0, 1), got {share}")
         if share > 0.0 and not self.pattern.max_range_m < np.inf:
             raise ClearwayError(f"lidar {self.name}: false_returns needs a range that ends")

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.base.brief import in_brief, one_line
-from clearway.base.checks import check_floats, is_number, kind_of, take_floats
+from clearway.base.checks import check_floats, fits_float, kind_of, take_floats
 from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray, cartesian_from_spherical
 from clearway.base.grid import AvoidanceGrid
@@ -69,12 +69,12 @@ class BeamPattern:
                 raise ClearwayError(f"beam pattern {self.name}: {name} must be finite numbers")
             object.__setattr__(self, name, angles)
         ranges = self.min_range_m, self.max_range_m
-        if not (all(map(is_number, ranges)) and 0.0 <= ranges[0] < ranges[1]):
+        if not (all(map(fits_float, ranges)) and 0.0 <= ranges[0] < ranges[1]):
             raise ClearwayError(
                 f"beam pattern {self.name}: needs 0 <= min_range_m < max_range_m, "
                 f"got {self.min_range_m} and {self.max_range_m}"
             )
-        if not (is_number(self.spacing_rad) and 0.0 <= self.spacing_rad < np.inf):
+        if not (fits_float(self.spacing_rad) and 0.0 <= self.spacing_rad < np.inf):
             raise ClearwayError(
                 f"beam pattern {self.name}: spacing_rad must be a number >= 0, "
                 f"got {self.spacing_rad}"
@@ -192,7 +192,7 @@ class BeamPattern:
             For angles or ranges that cannot be used, and for too many beams.
         """
         sweep = azimuth_step_deg, azimuth_span_deg
-        if not (all(map(is_number, sweep)) and 0.0 < sweep[0] <= sweep[1] <= 360.0):
+        if not (all(map(fits_float, sweep)) and 0.0 < sweep[0] <= sweep[1] <= 360.0):
             raise ClearwayError(
                 f"beam pattern {name}: needs 0 < azimuth_step_deg <= azimuth_span_deg <= 360, "
                 f"got {azimuth_step_deg} and {azimuth_span_deg}"
