@@ -9,7 +9,7 @@ from clearway.io.marked_page import put_between_marks
 from clearway.io.traffic.traffic import read_traffic
 from clearway.studies.reliability.traffic_cover import (
     Track,
-    judged_by_parts,
+    judge_by_parts,
     moments_of,
     ratios_of,
     starts_of,
@@ -38,7 +38,7 @@ def write(recordings: list[Path]) -> None:
 
 
 def _table(tracks: list[Track]) -> str:
-    found, plain = judged_by_parts(tracks), _plain(tracks)
+    found, plain = judge_by_parts(tracks), _plain(tracks)
     moments = sum(map(len, tracks))
     lines = [
         f"{len(tracks)} recorded aircraft, {moments:,} moments.",

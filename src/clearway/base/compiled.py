@@ -35,7 +35,7 @@ def compiled(function: Function) -> Function:
         raise CoreError(f"CLEARWAY_CORE={CORE}: type one of {', '.join(OTHERS)}, or unset it")
     if CORE == "python":
         # Of infinities and what is not a number the core makes the same, and warns of neither.
-        return cast(Function, np.errstate(all="ignore")(function))
+        return np.errstate(all="ignore")(function)
     try:
         numba: Any = import_module("numba")
     except ImportError as cause:

@@ -55,7 +55,7 @@ class _Sums:
         self.counts[key] = self.counts.get(key, np.zeros((BINS, 5))) + more
 
 
-def looked_at(
+def look_at_flight(
     run: Run[Any], settings: AvoidanceSettings, horizon_s: float, every: int = 1
 ) -> Looked:
     """Decisions of a flight of clearway's, the first of `every`.

@@ -123,7 +123,7 @@ def starts_of(ratios: Iterable[Ratios]) -> Starts:
     return Starts(level, height)
 
 
-def judged_by_parts(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
+def judge_by_parts(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
     """What came of predictions, by factors that the aircraft of all other parts began with."""
     ratios = [ratios_of(track) for track in tracks]
     found: dict[Key, list[Covered]] = defaultdict(list)
