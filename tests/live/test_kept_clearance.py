@@ -101,6 +101,7 @@ def test_what_is_predicted_and_measured_is_the_distance_from_the_body_to_what_st
 
 GROUP = group_of(SensorView.ALL_ROUND, has_inertia=True)
 FORESEEN = Predicted(clearance_m=1.5, gap_m=0.05, stretch_m=1.0, most_m=3.0)
+SCALE_M = KeptClearance.of(FORESEEN, 0.02, GROUP).scale_m
 
 
 def flight_of(errors_m, *, shown: bool) -> list[Kept]:
@@ -115,7 +116,7 @@ def flight_of(errors_m, *, shown: bool) -> list[Kept]:
 
 
 def test_the_table_of_scores_is_what_flights_showed():
-    errors_m = np.random.default_rng(3).normal(0.0, 0.03, 4_000)
+    errors_m = np.random.default_rng(3).normal(0.0, SCALE_M, 4_000)
     found = fit_scores(flight_of(errors_m, shown=True))
     assert list(found) == [GROUP]
     assert found[GROUP]["true"][-1] == pytest.approx(1.645, abs=0.1)
@@ -124,11 +125,23 @@ def test_the_table_of_scores_is_what_flights_showed():
 
 def test_a_flight_in_which_scans_show_less_than_foreseen_learns_to_promise_less():
     quantile = read_scores(GROUP).measured[-1]
-    worse = 0.03 * (quantile + 2.0) * np.random.default_rng(4).uniform(0.0, 2.0, 400)
+    worse = SCALE_M * (quantile + 2.0) * np.random.default_rng(4).uniform(0.0, 2.0, 400)
     seen, unseen = (flight_of(worse, shown=shown) for shown in (True, False))
     assert np.mean([one.held for one in unseen[100:]]) < 0.9
     assert np.mean([one.held for one in seen[100:]]) > 0.93
     assert {one.stated.level for one in unseen} == {MISSES}
+
+
+def test_bounds_are_lower_where_beams_lie_farther_apart_and_alike_at_any_scale():
+    fine, coarse = FORESEEN, FORESEEN._replace(gap_m=0.5)
+    for view in SensorView:
+        group = group_of(view, has_inertia=True)
+        near, far = (KeptClearance.of(one, 0.02, group) for one in (fine, coarse))
+        assert near.scale_m < far.scale_m
+        assert near.bound_m > far.bound_m
+    ten_times = Predicted(*(10.0 * one for one in coarse))
+    large = KeptClearance.of(ten_times, 0.0, GROUP).bound_m
+    assert large == pytest.approx(10.0 * KeptClearance.of(coarse, 0.0, GROUP).bound_m)
 
 
 def test_the_interval_takes_decisions_of_one_flight_for_what_they_are_worth():

@@ -250,3 +250,19 @@ def test_a_place_may_have_a_sensor_of_ones_own_with_settings() -> None:
     case = make_case("place", 3, {"mission": str(mission)}, {}, REPOSITORY)
     assert [one.name for one in case.setup.sensors] == ["lidar", "radar"]
     assert case.setup.simulation.seed == 3
+
+
+@pytest.mark.parametrize("family", ["wires", "columns"])
+def test_a_world_ten_times_larger_lies_ten_times_as_far_from_places_as_far(family: str) -> None:
+    given = {"anywhere": False}
+    small = make_case(family, 3, given, {}, Path())
+    large = make_case(family, 3, {**given, "times_larger": 10.0}, {}, Path())
+    mission, longer = (each.file.to_mission() for each in (small, large))
+    start_m = mission.start.position_m
+    assert longer.start.position_m == pytest.approx(10.0 * start_m)
+    assert longer.waypoints_m == pytest.approx(10.0 * mission.waypoints_m)
+    places_m = start_m + np.random.default_rng(4).uniform(0.0, 20.0, (50, 3))
+    near_m, far_m = (
+        case.setup.world.distance_m(times * places_m) for case, times in ((small, 1), (large, 10))
+    )
+    assert far_m == pytest.approx(10.0 * near_m, abs=1e-6)

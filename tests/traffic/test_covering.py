@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from clearway.studies.reliability.traffic_cover import ratios_of, starts_of, verdicts_of
 from clearway.traffic.covering import (
     AHEAD_S,
+    NO_STARTS,
     Covering,
     MovesAs,
     PlaceReport,
@@ -92,3 +94,22 @@ def test_a_report_that_comes_late_judges_nothing_and_the_same_reports_teach_the_
     again = Covering()
     assert found == [one for moment in gap for one in again.take(moment)]
     assert len(found) < sum(len(track) - int(ahead) // 2 for ahead in AHEAD_S)
+
+
+def test_factors_that_an_aircraft_begins_with_hold_95_of_100_at_each_time_ahead() -> None:
+    """Level flight with heights that swing once in two minutes: 10 s ahead is another share of what
+    light aircraft climb than 30 s ahead."""
+    track = [
+        PlaceReport(
+            float(t),
+            np.array([40.0 * t, math.sin(t), 100.0 * math.sin(2.0 * math.pi * t / 120.0)]),
+            np.array([40.0, 0.0, 0.0]),
+        )
+        for t in range(0, 600, 2)
+    ]
+    starts = starts_of([ratios_of(track)])
+    assert len(set(starts.height[MovesAs.STRAIGHT])) == len(AHEAD_S)
+    assert starts.height[MovesAs.HOVERING] == NO_STARTS.height[MovesAs.HOVERING]
+    # Factors are rounded to hundredths, and heights dwell where they turn.
+    for verdicts in verdicts_of([track], starts, step=0.0).values():
+        assert np.mean([one.height for one in verdicts]) == pytest.approx(0.95, abs=0.02)

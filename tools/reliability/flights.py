@@ -81,7 +81,7 @@ def looked(group: str, name: str, number: int) -> dict[str, Any]:
     case, run = flown(name, seed, {})
     planner = case.setup.system().planner
     found = look_at_flight(run, planner.settings, planner.grid.range_m / planner.speed_mps)
-    counts = {f"{kind}/{rating}": _listed(one) for (kind, rating), one in found.counts.items()}
+    counts = {f"{kind}/{rating}": listed(one) for (kind, rating), one in found.counts.items()}
     flights: dict[str, Any] = {}
     if group == HELD_OUT:
         flights["verified/total"] = came_of(run)
@@ -118,7 +118,8 @@ def came_of(run: Run[Any]) -> dict[str, Any]:
     }
 
 
-def _listed(counts: Any) -> list[list[float]]:
+def listed(counts: Any) -> list[list[float]]:
+    """Counts of a flight, as a journal has them."""
     return [[round(float(one), 6) for one in row] for row in np.asarray(counts)]
 
 

@@ -1,9 +1,10 @@
-"""Flights that clearances are calibrated on and judged by: three scales, four sensors."""
+"""Flights that clearances are calibrated on, and ratings too are judged by: scales and sensors."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import random
+from collections import Counter
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +14,8 @@ from clearway.missions.sensor_section import OwnSensor
 from clearway.missions.setup import FlightSetup
 from clearway.studies.campaigns.families import make_case
 from clearway.studies.reliability.kept import Kept, KeptWatch
+from clearway.studies.reliability.record import look_at_flight
+from tools.reliability.flights import listed
 from tools.reliability.sensors import NonRepeatingLidar
 
 FIT, HELD_OUT = "fit", "held out"
@@ -31,42 +34,58 @@ class Scale(NamedTuple):
     """Keys that keep it level."""
     margin_m: float
     range_m: float
-    flights: dict[str, int]
-    """Of each family and set: a fast vehicle decides less often on the same way."""
+    camera_m: float
+    """Range of the depth camera."""
+    limit_s: float
+    """End of a held-out flight: decisions of many worlds tell more than many of one."""
+    flights: int
+    """Through each kind of world to calibrate on: a fast vehicle decides less often on one way."""
+    camera_flights: int
+    """With a depth camera, which is calibrated on fewer kinds."""
+    kinds: int = 99
+    """Of worlds to calibrate on with each sensor, at most."""
+    times_larger: float = 1.0
+    """How many times as large the worlds are."""
 
 
+INERTIALESS_LEVEL = {"pitch_limit_deg": 0.0}
+COPTER_LEVEL = {"climb_mps": 0.0, "sink_mps": 0.0}
 SCALES = {
     "inertialess 1 m/s": Scale(
         {"kind": "inertialess", "speed_mps": 1.0, "body_radius_m": 0.2},
-        {"pitch_limit_deg": 0.0}, 0.6, 10.0, {FIT: 2, HELD_OUT: 1},
+        INERTIALESS_LEVEL, 0.6, 10.0, 10.0, 40.0, 1, 2,
     ),
     "multirotor 5 m/s": Scale(
-        {**COPTER, "speed_mps": 5.0},
-        {"climb_mps": 0.0, "sink_mps": 0.0}, 0.4, 20.0, {FIT: 3, HELD_OUT: 2},
+        {**COPTER, "speed_mps": 5.0}, COPTER_LEVEL, 0.4, 20.0, 10.0, 15.0, 2, 3,
     ),
     "multirotor 15 m/s": Scale(
-        {**COPTER, "speed_mps": 15.0},
-        {"climb_mps": 0.0, "sink_mps": 0.0}, 0.4, 40.0, {FIT: 4, HELD_OUT: 2},
+        {**COPTER, "speed_mps": 15.0}, COPTER_LEVEL, 0.4, 40.0, 10.0, 10.0, 2, 4,
+    ),
+    "inertialess 10 m/s": Scale(
+        {"kind": "inertialess", "speed_mps": 10.0, "body_radius_m": 1.0},
+        INERTIALESS_LEVEL, 6.0, 100.0, 100.0, 40.0, 1, 0, 2, 10.0,
     ),
 }  # fmt: skip
 ROTATING, NON_REPEATING, CAMERA, RING = "rotating", "non-repeating", "depth camera", "level ring"
 SENSORS = (ROTATING, NON_REPEATING, CAMERA, RING)
-CAMERA_M = 10.0
-"""Range of the depth camera."""
-FIRST_SEED = {FIT: 3_000, HELD_OUT: 70_000}
-WORLDS = {
-    FIT: ("balls", "forest", "columns", "walls"),
-    HELD_OUT: (
-        "balls", "columns", "cylinders", "pockets", "mixed", "street", "maze", "wires", "boxes",
-        "perlin", "ring-forest",
-    ),
-}  # fmt: skip
-"""Held-out ones are flown with other seeds; all but the first two are never calibrated on."""
-LEVEL_WORLDS = {
-    FIT: ("forest", "columns", "walls"),
-    HELD_OUT: ("forest", "columns", "cylinders", "pockets", "street", "maze"),
-}
-"""Of the level ring, which sees upright things alone."""
+FIRST_SEED = {FIT: 70_000, HELD_OUT: 90_000}
+CALIBRATED_ON = (
+    "balls", "columns", "cylinders", "pockets", "mixed", "street", "maze", "wires", "boxes",
+    "perlin", "ring-forest",
+)  # fmt: skip
+NEVER_CALIBRATED_ON = ("forest", "walls", "warehouse", "nets", "cave", "room")
+WORLDS = {FIT: CALIBRATED_ON, HELD_OUT: (*CALIBRATED_ON, *NEVER_CALIBRATED_ON)}
+"""Held-out flights have other seeds."""
+CAMERA_WORLDS = ("balls", "forest", "columns", "walls")
+"""To calibrate on with a depth camera: things that it misses beside it."""
+CAMERA_SEED = 3_000
+"""The first of these flights."""
+UPRIGHT = ("forest", "columns", "walls", "cylinders", "pockets", "street", "maze")
+"""Worlds of the level ring, which sees upright things alone."""
+MOST_FLIGHTS = 96
+"""Held out, of all scales and sensors together."""
+RATED_EVERY = 6
+"""Ratings of the first of so many decisions are looked at: those between are much like it."""
 
 ON_GROUND = ("forest", "columns", "cylinders")
 """Worlds with solid ground."""
@@ -88,16 +107,38 @@ class Flight(NamedTuple):
         return "/".join(map(str, self))
 
 
-def wanted(group: str) -> Iterator[Flight]:
-    """All flights of a set, one of each kind after the other."""
-    for number in range(max(scale.flights[group] for scale in SCALES.values())):
-        for name, scale in SCALES.items():
-            for sensor in SENSORS:
-                worlds = LEVEL_WORLDS if sensor == RING else WORLDS
-                if number < scale.flights[group]:
-                    yield from (
-                        Flight(group, name, sensor, world, number) for world in worlds[group]
-                    )
+def wanted(group: str) -> list[Flight]:
+    """All flights of a set in the order of a draw, as many of each scale and sensor."""
+    drawn = [
+        Flight(group, name, sensor, world, number)
+        for world in WORLDS[group]
+        for name, scale in SCALES.items()
+        for sensor in SENSORS
+        if sensor != RING or world in UPRIGHT
+        for number in range(scale.flights if group == FIT else 1)
+    ]
+    random.Random(FIRST_SEED[group]).shuffle(drawn)
+    before: Counter[tuple[str, str]] = Counter()
+    rounds = []
+    for flight in drawn:
+        kind = flight.scale, flight.sensor
+        if group != FIT or before[kind] < SCALES[flight.scale].kinds:
+            rounds.append((before[kind], flight))
+        before[kind] += 1
+    in_rounds = [flight for _, flight in sorted(rounds, key=lambda each: each[0])]
+    if group == HELD_OUT:
+        return in_rounds[:MOST_FLIGHTS]
+    return [each for each in in_rounds if each.sensor != CAMERA] + _with_camera()
+
+
+def _with_camera() -> list[Flight]:
+    """Flights with a depth camera to calibrate on."""
+    return [
+        Flight(FIT, name, CAMERA, world, number)
+        for world in CAMERA_WORLDS
+        for name, scale in SCALES.items()
+        for number in range(scale.camera_flights)
+    ]
 
 
 def flights(journal: Path, group: str) -> list[dict[str, Any]]:
@@ -115,15 +156,24 @@ def flights(journal: Path, group: str) -> list[dict[str, Any]]:
 
 
 def flown(flight: Flight) -> dict[str, Any]:
-    """A flight with what its decisions stated, and what came of it."""
-    watch = KeptWatch()
-    run = setup_of(flight).fly_with("clearway", on_decision=watch)
-    kept = watch.list_kept(run)
-    return {
+    """A flight with what its decisions stated, and what came of it; of ratings too, if held out."""
+    watch, setup = KeptWatch(), setup_of(flight)
+    run = setup.fly_with("clearway", on_decision=watch)
+    kept = watch.kept(run)
+    row = {
         "key": flight.key, **flight._asdict(), "reached": run.reached, "touched": run.touched,
         "calibrated_with": kept[0].stated.group if kept else "",
         "decisions": [_listed(one) for one in kept],
     }  # fmt: skip
+    if flight.group == HELD_OUT:
+        planner = setup.system().planner
+        horizon_s = planner.grid.range_m / planner.speed_mps
+        found = look_at_flight(run, planner.settings, horizon_s, RATED_EVERY)
+        row["rated"] = found.decisions
+        row["counts"] = {
+            f"{kind}/{rating}": listed(one) for (kind, rating), one in found.counts.items()
+        }
+    return row
 
 
 def _listed(kept: Kept) -> list[float | None]:
@@ -137,12 +187,16 @@ def _listed(kept: Kept) -> list[float | None]:
 def setup_of(flight: Flight) -> FlightSetup:
     """The flight, ready to fly."""
     scale = SCALES[flight.scale]
-    seed = FIRST_SEED[flight.group] + flight.number
+    is_camera_fit = (flight.group, flight.sensor) == (FIT, CAMERA)
+    seed = flight.number + (CAMERA_SEED if is_camera_fit else FIRST_SEED[flight.group])
     changes = changes_for(scale, flight.sensor)
+    if flight.group == HELD_OUT:
+        changes["simulation"]["time_limit_s"] = scale.limit_s
     if flight.sensor == RING and flight.family in ON_GROUND:
         # A level ring never sees the ground: it stands aside of what is judged.
         changes["columns"] = {"ground_m": FAR_BELOW_M}
-    case = make_case(flight.family, seed, {}, changes, Path())
+    parameters = {"times_larger": scale.times_larger}
+    case = make_case(flight.family, seed, parameters, changes, Path())
     if flight.sensor != NON_REPEATING:
         return case.setup
     return replace(case.setup, sensors=(_non_repeating(scale.range_m),))
@@ -157,14 +211,14 @@ def _non_repeating(range_m: float) -> OwnSensor:
 
 def changes_for(scale: Scale, sensor: str) -> dict[str, dict[str, Any]]:
     """What vehicle and sensor change in a mission."""
-    range_m = CAMERA_M if sensor == CAMERA else scale.range_m
+    range_m = scale.camera_m if sensor == CAMERA else scale.range_m
     beams: dict[str, Any] = {"max_range_m": range_m, "sigma_m": SIGMA_M}
     vehicle: dict[str, Any] = dict(scale.vehicle)
     # Worlds of others name their thinnest part, by which a coarse sensor would not be flown.
     safety: dict[str, Any] = {"margin_m": scale.margin_m, "smallest_object_m": None}
     # A vehicle of 1 m/s scans once a decision.
     has_inertia = vehicle["kind"] == "multirotor"
-    simulation = {"scan_rate_hz": 10.0, "step_s": 0.01} if has_inertia else {}
+    simulation: dict[str, Any] = {"scan_rate_hz": 10.0, "step_s": 0.01} if has_inertia else {}
     if sensor == ROTATING:
         beams |= {"field_deg": [360, 50], "spacing_deg": 2.0}
     elif sensor == CAMERA:

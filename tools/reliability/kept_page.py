@@ -15,6 +15,7 @@ from clearway.io.marked_page import put_between_marks
 from clearway.live.outputs.kept_clearance import TABLE, KeptClearance
 from clearway.studies.reliability.kept import HeldShare, Kept, fit_scores
 from tools.reliability.kept_flights import FIT, RING, SCALES, SENSORS, WORLDS
+from tools.reliability.scale_page import rating_table
 
 PAGE = Path("docs/results/calibration.md")
 Row = dict[str, Any]
@@ -27,7 +28,6 @@ def fit(rows: list[Row]) -> None:
     told = {
         "made_by": "python -m tools.reliability --of clearances --fit",
         "flights": len(rows),
-        "decisions": len(decisions),
     }
     groups = [
         f'  "{group}": {{\n'
@@ -61,6 +61,7 @@ def below_beams(row: Row) -> bool:
 def write(rows: list[Row]) -> None:
     """Tables into the page."""
     put_between_marks(PAGE, "clearances", _tables(rows))
+    put_between_marks(PAGE, "scales", rating_table(rows))
 
 
 def _tables(rows: list[Row]) -> str:
@@ -77,7 +78,8 @@ def _tables(rows: list[Row]) -> str:
         for sensor in SENSORS:
             cell = scale, sensor
             these = [row for row in judged if (row["scale"], row["sensor"]) == cell]
-            lines.append(_line(f"{scale} | {sensor}", these))
+            if these:
+                lines.append(_line(f"{scale} | {sensor}", these))
     lines.append(_line("all | all", judged))
     lines += [
         "",
@@ -90,7 +92,8 @@ def _tables(rows: list[Row]) -> str:
         these = [row for row in judged if row["family"] == family]
         lines.append(_line(f"{family}{known}", these))
     apart = [row for row in rows if below_beams(row)]
-    lines.append(_line("columns that end below the beams of a level ring", apart))
+    if apart:
+        lines.append(_line("columns that end below the beams of a level ring", apart))
     return "\n".join(lines)
 
 

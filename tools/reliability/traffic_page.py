@@ -9,8 +9,9 @@ from clearway.io.marked_page import put_between_marks
 from clearway.io.traffic.traffic import read_traffic
 from clearway.studies.reliability.traffic_cover import (
     Track,
-    judge_by_halves,
+    judge_by_parts,
     moments_of,
+    ratios_of,
     starts_of,
     verdicts_of,
 )
@@ -32,12 +33,12 @@ def tracks_of(recordings: list[Path]) -> list[Track]:
 def write(recordings: list[Path]) -> None:
     """The table into the page; prints the factors that `covering.STARTS` holds."""
     tracks = tracks_of(recordings)
-    print(starts_of(tracks), "STARTS:", STARTS)
+    print(starts_of(map(ratios_of, tracks)), "STARTS:", STARTS)
     put_between_marks(PAGE, "traffic", _table(tracks))
 
 
 def _table(tracks: list[Track]) -> str:
-    found, plain = judge_by_halves(tracks), _plain(tracks)
+    found, plain = judge_by_parts(tracks), _plain(tracks)
     moments = sum(map(len, tracks))
     lines = [
         f"{len(tracks)} recorded aircraft, {moments:,} moments.",

@@ -34,7 +34,8 @@ def compiled(function: Function) -> Function:
     if CORE not in OTHERS:
         raise CoreError(f"CLEARWAY_CORE={CORE}: type one of {', '.join(OTHERS)}, or unset it")
     if CORE == "python":
-        return function
+        # Of infinities and what is not a number the core makes the same, and warns of neither.
+        return np.errstate(all="ignore")(function)
     try:
         numba: Any = import_module("numba")
     except ImportError as cause:

@@ -117,6 +117,39 @@ def anywhere(made: MadeWorld, seed: int) -> MadeWorld:
     return made._replace(world=there, mission=moved, heights_m=heights)
 
 
+def enlarge(made: MadeWorld, times: float) -> MadeWorld:
+    """Return a world and its mission with all lengths so many times as long."""
+    world, mission = made.world, made.mission
+    if isinstance(world, Columns):
+        there: ObstacleMap | Columns = Columns(
+            times * world.rows_m, ground_m=times * world.ground_m
+        )
+    else:
+        there = ObstacleMap([_enlarge(part, times) for part in world.obstacles])
+    start = mission.start
+    longer = replace(
+        mission,
+        start=replace(start, position_m=times * start.position_m),
+        waypoints_m=times * mission.waypoints_m,
+        reach_radius_m=times * mission.reach_radius_m,
+    )
+    low_high = made.heights_m
+    heights = None if low_high is None else (times * low_high[0], times * low_high[1])
+    corridor, smallest = (
+        None if one is None else times * one for one in (made.corridor_m, made.smallest_object_m)
+    )
+    return MadeWorld(there, longer, heights, corridor, smallest)
+
+
+def _enlarge(part: Obstacle, times: float) -> Obstacle:
+    return replace(
+        part,
+        position_m=times * part.position_m,
+        size_m=tuple(times * one for one in part.size_m),
+        radius_m=times * part.radius_m,
+    )
+
+
 class RandomEnds(NamedTuple):
     """How start and goals of a flight are moved at random."""
 

@@ -121,16 +121,23 @@ def claim_radius_m(kinds: TwoKinds, ahead_s: float, scale: float, plane: bool) -
     return high
 
 
+Factors = tuple[tuple[float, float, float], ...]
+"""By motion, then by how far ahead (`AHEAD_S`)."""
+
+
 class Starts(NamedTuple):
-    """Logarithms of the factors that an aircraft begins with, by motion."""
+    """Logarithms of the factors that an aircraft begins with."""
 
-    level: tuple[float, float, float, float]
-    height: tuple[float, float, float, float]
+    level: Factors
+    height: Factors
 
 
-NO_STARTS = Starts((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+NO_STARTS = Starts(((0.0, 0.0, 0.0),) * 4, ((0.0, 0.0, 0.0),) * 4)
 """As light aircraft of the encounter model fly."""
-STARTS = Starts((-0.06, 0.85, 0.18, 1.56), (-0.01, -0.25, 0.06, 1.17))
+STARTS = Starts(
+    ((0.15, -0.71, -0.85), (0.91, 0.92, 0.69), (0.34, 0.15, 0.05), (1.51, 1.62, 1.13)),
+    ((-0.25, 0.04, 0.17), (-0.33, -0.19, -0.22), (0.13, 0.06, 0.03), (1.54, 1.3, 0.86)),
+)
 """What 95 % of the errors of recorded aircraft take: `tools.reliability --of traffic`."""
 Key = tuple[MovesAs, float]
 """How an aircraft moves, and the time ahead."""
@@ -191,11 +198,11 @@ class Covering:
                 motion,
                 ahead_s,
                 claim_radius_m(place, ahead_s, float(round(speed)), True)
-                * math.exp(self.level.get((motion, ahead_s), self.starts.level[motion])),
+                * math.exp(self.level.get((motion, ahead_s), self.starts.level[motion][k])),
                 claim_radius_m(height, ahead_s, 1.0, False)
-                * math.exp(self.height.get((motion, ahead_s), self.starts.height[motion])),
+                * math.exp(self.height.get((motion, ahead_s), self.starts.height[motion][k])),
             )
-            for ahead_s in AHEAD_S
+            for k, ahead_s in enumerate(AHEAD_S)
         )
 
     def _judge(self, then: PlaceReport, region: Region, now: PlaceReport) -> Covered:
@@ -207,9 +214,7 @@ class Covering:
         self._learn(self.height, key, self.starts.height, held=held_height)
         return Covered(*key, held_level, held_height)
 
-    def _learn(
-        self, factors: dict[Key, float], key: Key, starts: tuple[float, ...], *, held: bool
-    ) -> None:
+    def _learn(self, factors: dict[Key, float], key: Key, starts: Factors, *, held: bool) -> None:
         """Widen the factor after a prediction that failed, or narrow it a little."""
-        missed = 0.0 if held else 1.0
-        factors[key] = factors.get(key, starts[key[0]]) + self.step * (missed - (1.0 - SHARE))
+        missed, start = 0.0 if held else 1.0, starts[key[0]][AHEAD_S.index(key[1])]
+        factors[key] = factors.get(key, start) + self.step * (missed - (1.0 - SHARE))

@@ -19,12 +19,10 @@ from clearway.live.outputs.kept_stretch import Predicted, measure_clearance, pre
 from clearway.sensors import LidarSensor, RangeSensor
 
 TABLE = Path(__file__).with_name("kept_clearance.json")
-GAP_SHARE = 0.1
-"""Of half a beam spacing: a surface between two beams is little nearer than where they meet it."""
-STRAYED = 0.005
-"""Of the length flown: how far a vehicle strays from its plan, and paths from their chords."""
 LEAST_SCALE_M = 0.005
 """What sampling of a path and of the truth takes."""
+SEPARATOR = ", "
+"""In names of groups."""
 BEHIND_RAD = 0.75 * np.pi
 """A sensor looks all round whose beams go farther round than this, to either side."""
 FLAT_RAD = np.radians(10.0)
@@ -38,6 +36,25 @@ class SensorView(StrEnum):
     LEVEL = "level"
     """All round, but in one plane."""
     AHEAD = "ahead"
+
+
+class ErrorShares(NamedTuple):
+    """How far off predictions are, beside noise."""
+
+    gap: float
+    """Of half a beam spacing: a surface between two beams may be nearer than where they meet it."""
+    stretch: float
+    """Of the length flown: a vehicle strays from its plan, and paths from their chords."""
+
+
+EDGES = ErrorShares(gap=0.4, stretch=0.02)
+"""Edges between beams and hidden parts count more than noise, at any scale of beams."""
+SHARES = {
+    SensorView.ALL_ROUND: EDGES,
+    SensorView.LEVEL: EDGES,
+    # What lies beside it is missed however fine its beams.
+    SensorView.AHEAD: ErrorShares(gap=0.1, stretch=0.005),
+}
 
 
 class KeptScores(NamedTuple):
@@ -64,7 +81,7 @@ def read_scores(group: str) -> KeptScores:
 
 def group_of(view: SensorView, *, has_inertia: bool) -> str:
     """Name of the decisions that are calibrated together."""
-    return f"{'inertia' if has_inertia else 'inertialess'}, {view}"
+    return f"{'inertia' if has_inertia else 'inertialess'}{SEPARATOR}{view}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +109,9 @@ class KeptClearance:
         cls, predicted: Predicted, range_sigma_m: float, group: str, level: float = MISSES
     ) -> KeptClearance:
         """Return the bound of a prediction, by sensors of this noise."""
-        by_sensor_m = range_sigma_m + GAP_SHARE * predicted.gap_m
-        scale_m = max(by_sensor_m + STRAYED * predicted.stretch_m, LEAST_SCALE_M)
+        shares = SHARES[SensorView(group.split(SEPARATOR)[1])]
+        by_sensor_m = range_sigma_m + shares.gap * predicted.gap_m
+        scale_m = max(by_sensor_m + shares.stretch * predicted.stretch_m, LEAST_SCALE_M)
         return cls(predicted.clearance_m, scale_m, predicted.most_m, group, level)
 
     @property

@@ -13,7 +13,7 @@ from clearway.missions.mission_file import MissionFile
 from clearway.missions.sections import NotNegative
 from clearway.missions.world_file import mission_of
 from clearway.sim import clutter, column_fields, dead_ends, warehouse, worlds
-from clearway.sim.world_parts import MadeWorld, RandomEnds, anywhere, scatter_ends
+from clearway.sim.world_parts import MadeWorld, RandomEnds, anywhere, enlarge, scatter_ends
 
 Length = Annotated[float, Field(gt=0.0, le=1000.0)]
 LengthSpan = Annotated[tuple[Length, Length], Field(strict=False)]
@@ -45,6 +45,8 @@ class WorldParameters(StartParameters):
     anywhere: bool = True
     """Whether world and flight lie anywhere and head anywhere, by the seed; else as they are made,
     most with their start at the origin and their way along x."""
+    times_larger: Annotated[float, Field(ge=0.1, le=100.0)] = 1.0
+    """How many times as long all lengths are, for vehicles of another scale."""
 
     @model_validator(mode="after")
     def _ascend(self) -> Self:
@@ -220,6 +222,8 @@ class MadeFamily(NamedTuple):
         """The mission through the world of a seed; parameters: a section of the family's kind."""
         own = [name for name in type(parameters).model_fields if name not in COMMON]
         made = self.make(seed, **{name: getattr(parameters, name) for name in own})
+        if parameters.times_larger != 1.0:
+            made = enlarge(made, parameters.times_larger)
         ends = parameters.ends
         if ends is not None:
             mission = scatter_ends(made.mission, made.world, made.heights_m, ends, seed)

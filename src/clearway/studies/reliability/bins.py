@@ -68,21 +68,32 @@ class Reliability(NamedTuple):
 
 def reliability(flights: FloatArray) -> Reliability:
     """Of the counts [flights, BINS, 5]; intervals take flights for independent, not cells."""
-    coarse = np.zeros((len(flights), COARSE[-1] + 1, 5))
-    for fine, to in enumerate(COARSE):
-        coarse[:, to] += flights[:, fine]
+    coarse = _coarse(flights)
     points = tuple(_point(coarse[:, k]) for k in range(coarse.shape[1]) if coarse[:, k, 0].sum())
     total = coarse.sum(axis=(0, 1))
     n, good = total[0], total[1]
     squares = coarse[:, :, 3] - 2.0 * coarse[:, :, 4] + coarse[:, :, 1]
     brier, came = float(squares.sum() / n), float(good / n)
     plain = came * (1.0 - came)
-    error = sum(abs(p.said - p.came) * p.number for p in points) / n
     return Reliability(
         points, int(n), int(np.count_nonzero(coarse[:, :, 0].sum(axis=1))), came, brier,
-        1.0 - brier / plain if plain else 0.0, float(error),
+        1.0 - brier / plain if plain else 0.0, calibration_error(flights),
         _mean_by_flight(squares.sum(axis=1), coarse[:, :, 0].sum(axis=1)),
     )  # fmt: skip
+
+
+def _coarse(flights: FloatArray) -> FloatArray:
+    """[flights, bins of a diagram, 5] from counts [flights, BINS, 5]."""
+    coarse = np.zeros((len(flights), COARSE[-1] + 1, 5))
+    for fine, to in enumerate(COARSE):
+        coarse[:, to] += flights[:, fine]
+    return coarse
+
+
+def calibration_error(flights: FloatArray) -> float:
+    """Mean distance of a bin's rating from its share, from counts [flights, BINS, 5]."""
+    total = _coarse(flights).sum(axis=0)
+    return float(np.abs(total[:, 2] - total[:, 1]).sum() / total[:, 0].sum())
 
 
 def _point(flights: FloatArray) -> DiagramBin:

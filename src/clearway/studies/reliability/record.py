@@ -55,15 +55,19 @@ class _Sums:
         self.counts[key] = self.counts.get(key, np.zeros((BINS, 5))) + more
 
 
-def look_at_flight(run: Run[Any], settings: AvoidanceSettings, horizon_s: float) -> Looked:
-    """Every decision of a flight of clearway's; horizon_s: how long the way through the grid takes.
+def look_at_flight(
+    run: Run[Any], settings: AvoidanceSettings, horizon_s: float, every: int = 1
+) -> Looked:
+    """Decisions of a flight of clearway's, the first of `every`.
+
+    horizon_s: how long the way through the grid takes.
 
     A cell is good where nothing solid stands in it and no intruder comes through; a passage and a
     trajectory where they keep the safety margin, a passage if all before it did.
     """
     assert run.world is not None
     around, sums, known = true_passages(run), _Sums(), KnownPassages()
-    decisions = [entry.flight.decision for entry in run.decisions]
+    decisions = [entry.flight.decision for entry in run.decisions[::every]]
     for decision in decisions:
         _look(decision, run.world, around, settings, horizon_s, known, sums)
     return Looked(len(decisions), sums.counts)

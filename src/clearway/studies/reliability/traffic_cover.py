@@ -12,6 +12,7 @@ from clearway.base.conformal import SHARE
 from clearway.base.frames import FloatArray
 from clearway.base.state import IntArray
 from clearway.traffic.covering import (
+    AHEAD_S,
     NO_STARTS,
     STARTS,
     STEP,
@@ -34,6 +35,12 @@ CLIMB_S = 10
 """Over which climbs are told."""
 SLOWEST_MPS = 0.5
 """Slower ones stand."""
+PARTS = 10
+"""Of aircraft that are judged by factors of the others: few hover."""
+Ratios = dict[Key, list[tuple[float, float]]]
+"""By motion and time ahead: errors as shares of what is claimed, of the circle and the height."""
+NO_FACTORS = (0.0, 0.0)
+"""Logarithms for the circle and the height, where nobody moved so."""
 
 
 def moments_of(aircraft: Sequence[Aircraft]) -> Iterator[Track]:
@@ -78,33 +85,50 @@ def verdicts_of(
     return {key: found[key] for key in sorted(found)}
 
 
-def starts_of(tracks: Iterable[Track]) -> Starts:
-    """The factors that 95 % of errors need, by motion; none where nobody moved so."""
-    needed: dict[MovesAs, list[tuple[float, float]]] = defaultdict(list)
-    for track in tracks:
-        later = {moment.time_s: moment for moment in track}
-        plain = Covering(NO_STARTS, step=0.0)
-        for moment in track:
-            plain.take(moment)
-            for region in plain.regions:
-                then = later.get(moment.time_s + region.ahead_s)
-                if then is not None:
-                    off = then.position_m - moment.position_m - moment.velocity_mps * region.ahead_s
-                    level = math.hypot(*off[:2].tolist()) / region.level_m
-                    needed[region.motion].append((level, abs(float(off[2])) / region.height_m))
-    of_motion = [
-        np.log(np.quantile(np.array(needed.get(motion, [(1.0, 1.0)])), SHARE, axis=0))
-        for motion in MovesAs
-    ]
-    level, height = np.round(np.stack(of_motion, axis=1), 2).tolist()
-    return Starts(tuple(level), tuple(height))
+def ratios_of(track: Track) -> Ratios:
+    """How far a track's own predictions were off, as a share of the circle and of the height."""
+    found: Ratios = defaultdict(list)
+    later = {moment.time_s: moment for moment in track}
+    plain = Covering(NO_STARTS, step=0.0)
+    for moment in track:
+        plain.take(moment)
+        for region in plain.regions:
+            then = later.get(moment.time_s + region.ahead_s)
+            if then is not None:
+                off = then.position_m - moment.position_m - moment.velocity_mps * region.ahead_s
+                level = math.hypot(*off[:2].tolist()) / region.level_m
+                found[region.motion, region.ahead_s].append(
+                    (level, abs(float(off[2])) / region.height_m)
+                )
+    return found
 
 
-def judge_by_halves(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
-    """What came of predictions by factors that the other half of the aircraft began with."""
-    halves = tracks[::2], tracks[1::2]
+def starts_of(ratios: Iterable[Ratios]) -> Starts:
+    """The factors that 95 % of errors need, by motion and time ahead; 1 where nobody moved so."""
+    needed: Ratios = defaultdict(list)
+    for one in ratios:
+        for key, each in one.items():
+            needed[key] += each
+    of_key = {
+        key: np.round(np.log(np.quantile(np.array(each), SHARE, axis=0)), 2).tolist()
+        for key, each in needed.items()
+    }
+    level, height = (
+        tuple(
+            tuple(float(of_key.get((motion, ahead_s), NO_FACTORS)[kind]) for ahead_s in AHEAD_S)
+            for motion in MovesAs
+        )
+        for kind in range(2)
+    )
+    return Starts(level, height)
+
+
+def judge_by_parts(tracks: Sequence[Track]) -> dict[Key, list[Covered]]:
+    """What came of predictions, by factors that the aircraft of all other parts began with."""
+    ratios = [ratios_of(track) for track in tracks]
     found: dict[Key, list[Covered]] = defaultdict(list)
-    for mine, others in (halves, halves[::-1]):
-        for key, verdicts in verdicts_of(mine, starts_of(others)).items():
+    for part in range(PARTS):
+        others = [one for number, one in enumerate(ratios) if number % PARTS != part]
+        for key, verdicts in verdicts_of(tracks[part::PARTS], starts_of(others)).items():
             found[key] += verdicts
     return {key: found[key] for key in sorted(found)}

@@ -169,6 +169,7 @@ class Picked {
     const closest = Math.max(-dot(apart, drift) / Math.max(dot(drift, drift), 1e-9), 0);
     const made = run.decisions[decision];
     const alert = made?.traffic?.alerts?.find((one) => one.intruder === name);
+    const strays = made?.traffic?.strays?.[name];
     const known = made?.movers?.find((one) => one.name === name);
     const place = known && plus(known.position_m, times(known.velocity_mps, time - made.time_s));
     const size = Math.max(radius ?? 0.3, 0.3);
@@ -179,6 +180,8 @@ class Picked {
       ["closest, if both go on", `${figure(norm(plus(apart, times(drift, closest))), "m")} in ${figure(closest, "s", 1)}`],
       ["radius", figure(radius, "m")],
       ...(alert ? [["alert", alert.level]] : []),
+      ...(strays ? strays.ahead_s.map((ahead, k) => [`off straight flight in ${ahead} s (95 %)`,
+        `${figure(strays.level_m[k], "m", 0)}, ${figure(strays.height_m[k], "m", 0)} of height`]) : []),
     ]), element("h2", "As the planner took it"), known ? list([
       ["off the truth", figure(norm(minus(place, there.position)), "m")],
       ["radius with what it may deviate", figure(known.radius_m + known.growth_mps * (time - made.time_s), "m")],
