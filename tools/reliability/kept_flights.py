@@ -159,7 +159,7 @@ def flown(flight: Flight) -> dict[str, Any]:
     """A flight with what its decisions stated, and what came of it; of ratings too, if held out."""
     watch, setup = KeptWatch(), setup_of(flight)
     run = setup.fly_with("clearway", on_decision=watch)
-    kept = watch.kept(run)
+    kept = watch.list_kept(run)
     row = {
         "key": flight.key, **flight._asdict(), "reached": run.reached, "touched": run.touched,
         "calibrated_with": kept[0].stated.group if kept else "",

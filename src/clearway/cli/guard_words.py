@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from typing import TYPE_CHECKING, Any
 
 from clearway.cli.flight_time import FlightTime
@@ -33,7 +32,7 @@ class GuardWatch:
             print(f"{at}  {note}", file=sys.stderr, flush=True)
         guarded = outcome.guarded
         doing = "" if guarded is None else "passed" if guarded.is_wish else "replaced"
-        present, now = (str(outcome.state), doing), time.monotonic()
+        present, now = (str(outcome.state), doing), outcome.time_s
         again = present != self._told and now >= self._told_s + SAY_AGAIN_S
         if present[0] == self._told[0] and not again:
             return

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 import sys
-import time
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -81,7 +81,7 @@ class NodeWatch:
     """Tells changes on standard error."""
 
     def __init__(self) -> None:
-        self._told, self._told_s = ("", ""), 0.0
+        self._told, self._told_s = ("", ""), -math.inf
         self._clock = FlightTime()
 
     def show(self, outcome: TickOutcome) -> None:
@@ -93,7 +93,7 @@ class NodeWatch:
             print(f"{at}  left out: {note}", file=sys.stderr, flush=True)
         flight = outcome.flight
         present = (str(outcome.state), str(flight.mode) if flight else self._told[1])
-        now = time.monotonic()
+        now = outcome.time_s  # A recording's own time, so that it reads the same on any machine.
         changed = present[0] != self._told[0]
         if changed or (present != self._told and now >= self._told_s + 1.0):
             self._told, self._told_s = present, now

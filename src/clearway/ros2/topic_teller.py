@@ -61,10 +61,12 @@ class TopicTeller(Generic[S]):
         return told + [(one.topic, SET_POINT_KINDS[one.type], USUAL) for one in set_points]
 
     def diagnose(self, outcome: TickOutcome, wall_s: float, words: str = "") -> None:
-        """Once a second: the state of the link, and every topic."""
-        if wall_s - self._diagnosed_s < DIAGNOSED_S:
+        """Once a second, of a recording once a second of its own: the state of the link, and every
+        topic."""
+        now_s = outcome.time_s if self.bus.recorded else wall_s
+        if now_s - self._diagnosed_s < DIAGNOSED_S:
             return
-        self._diagnosed_s = wall_s
+        self._diagnosed_s = now_s
         values: dict[str, object] = {
             topic: heard.words(topic, self.bus).removeprefix(f"{topic} ")
             for topic, heard in self.topics.items()

@@ -121,7 +121,7 @@ def claim_radius_m(kinds: TwoKinds, ahead_s: float, scale: float, plane: bool) -
     return high
 
 
-Factors = tuple[tuple[float, float, float], ...]
+Factors = tuple[tuple[float, ...], ...]
 """By motion, then by how far ahead (`AHEAD_S`)."""
 
 
