@@ -24,7 +24,7 @@ from clearway.mavlink.links import FrameLink
 from clearway.mavlink.outbox import Packer
 from clearway.mavlink.signing import SignatureCheck
 from clearway.mavlink.simulated_habits import Habits, default_habits
-from clearway.mavlink.simulated_targets import Target, VelocityTarget, kind_of, target_of
+from clearway.mavlink.simulated_targets import Target, VelocityTarget, name_controller, target_of
 from clearway.mavlink.simulated_traffic import SimulatedTraffic
 from clearway.mavlink.simulated_vehicle import VehicleLimits, VehicleTruth, ground_of
 from clearway.mavlink.wire import frames_in
@@ -168,8 +168,8 @@ class SimulatedAutopilot:
     def _begin(self, target: Target) -> None:
         """Fly by a set-point from now on; by another kind, as a controller that begins."""
         before, self._flown = self._flown, target
-        if self.habits.trims_for_s and before is not None and kind_of(before) != kind_of(target):
-            self.truth = self.truth.trimmed_anew()
+        if self.habits.trims_for_s and before is not None and name_controller(before) != name_controller(target):
+            self.truth = self.truth.trim_anew()
 
     def _take_off(self, step: float) -> None:
         """Straight up, unless a set-point has ended it."""

@@ -34,7 +34,7 @@ class VelocityTarget:
 Target = SetPoint | VelocityTarget
 
 
-def kind_of(target: Target) -> str:
+def name_controller(target: Target) -> str:
     """Which of an autopilot's controllers flies it."""
     if isinstance(target, VelocityTarget):
         return "velocity"

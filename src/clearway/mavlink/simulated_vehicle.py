@@ -54,7 +54,7 @@ class VehicleTruth:
     trim_mps2: FloatArray = field(default_factory=lambda: np.zeros(3))
     """[3] that it adds, since it took it for wind."""
 
-    def trimmed_anew(self) -> VehicleTruth:
+    def trim_anew(self) -> VehicleTruth:
         """As a controller that begins, and takes what it accelerates by for wind."""
         return replace(self, trim_mps2=self.acceleration_mps2)
 

@@ -232,7 +232,7 @@ class Planner:
             valid = f"valid keys are {', '.join(known)}"
             raise InputError("settings", f"{unknown[0]}: unknown key{near}; {valid}")
         if "prices" in settings:
-            raise InputError("settings", "prices: part of the prepared costs; use Planner.of")
+            raise InputError("settings.prices", "part of the prepared costs; use Planner.of")
         return replace(self, settings=replace(self.settings, **settings))
 
     def __repr__(self) -> str:

@@ -168,7 +168,7 @@ class AvoidanceSettings(EvidenceSettings):
 
     def __post_init__(self) -> None:
         EvidenceSettings.__post_init__(self)
-        kind_of("settings: prices", self.prices, Prices)
+        kind_of("settings.prices", self.prices, Prices)
         problems = [
             above_zero_problem("safety_margin_m", self.safety_margin_m),
             number_problem("body_radius_m", self.body_radius_m),
