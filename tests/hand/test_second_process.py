@@ -180,7 +180,7 @@ def test_a_second_process_that_dies_is_noticed_and_flight_goes_on(
     os.kill(both.hand, signal.SIGKILL)
     both.until("own 5")
     output = both.ended()
-    assert "nobody flies its escape" in output
+    assert "nobody flies the escape" in output
     assert output.startswith("True")
 
 
@@ -196,6 +196,29 @@ def test_a_second_process_that_hangs_with_the_word_is_killed(pair: Callable[[str
     assert output.startswith("True")
     assert "hung" in output
     assert both.hand_ends()
+
+
+@pytest.mark.parametrize("lost", ["killed", "hangs"])
+def test_another_second_process_flies_the_escape_where_the_first_was_lost(
+    pair: Callable[[str], Pair], lost: str
+) -> None:
+    both = pair(
+        "n = 0\n"
+        "while 'another second process stands by' not in said:\n"
+        "    fly(1, n); n += 1\n"
+        "fly(3, n); speak('dies'); time.sleep(60)"
+    )
+    both.until("own 3")
+    if lost == "hangs":
+        both.stop()
+        both.until("hand 4")
+        os.kill(both.hand, signal.SIGSTOP)
+        both.decider.send_signal(signal.SIGCONT)
+    else:
+        os.kill(both.hand, signal.SIGKILL)
+    both.until("dies")
+    both.decider.kill()
+    assert "begins" in both.until("over")
 
 
 def test_a_decider_stopped_while_it_speaks_is_killed_so_that_only_one_speaks(

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Protocol
 
 from clearway.hand.handover import HandOver, Kind, encode
@@ -28,6 +29,8 @@ STARTS_S = 20.0
 """The second process watches within this time."""
 ENDS_S = 2.0
 """It has ended so long after it was asked to."""
+AGAIN_S = 2.0
+"""One that is lost has a follower after this time at the earliest: a start takes time itself."""
 QUEUE_BYTES = 1 << 20
 RELIEVED = "the second process has taken over: this one was silent for too long"
 Notice = Callable[[str], None]
@@ -81,17 +84,20 @@ class NoHand:
         return False
 
 
-class SecondProcess:
-    """A running second process; see `start`."""
+Started = tuple["subprocess.Popen[bytes]", socket.socket]
+"""A process, and our end of the way to it."""
 
-    def __init__(
-        self, process: subprocess.Popen[bytes], end: socket.socket, word: Word, notice: Notice
-    ) -> None:
-        self._process, self._end, self._word, self._notice = process, end, word, notice
+
+class SecondProcess:
+    """A running second process; see `start`. One that is lost in flight has a follower."""
+
+    def __init__(self, launch: Callable[[], Started], word: Word, notice: Notice) -> None:
+        self._launch, self._word, self._notice = launch, word, notice
+        self._process, self._end = launch()
         self.on_return: Callable[[], None] = lambda: None
         """Called once the word is back from a second process that stood in."""
         self.relieved, self.wants_all = False, True
-        self._gone = False
+        self._gone, self._lost_s, self._starts = False, 0.0, False
 
     @classmethod
     def start(
@@ -108,10 +114,8 @@ class SecondProcess:
 
         descriptors: that the sender needs. period_s: at most, between two set-points, by our clock.
         """
-        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         word = Word.new()
         given = {
-            "end": theirs.fileno(),
             "word": word.descriptor,
             "late_s": period_s + LATE_S,
             "relieved_s": max(RELIEVED_S, RELIEVED_PERIODS * period_s),
@@ -119,18 +123,8 @@ class SecondProcess:
             "log": log,
             "sender": dict(sender),
         }
-        kept = [theirs.fileno(), word.descriptor, *descriptors, *([] if log is None else [log])]
-        process = subprocess.Popen(
-            [sys.executable, "-m", module, json.dumps(given)],
-            pass_fds=kept,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        theirs.close()
-        with suppress(OSError):
-            ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, QUEUE_BYTES)
-        hand = cls(process, ours, word, notice)
+        kept = (word.descriptor, *descriptors, *(() if log is None else (log,)))
+        hand = cls(partial(_launch, module, given, kept), word, notice)
         hand._wait_until_ready()
         return hand
 
@@ -140,11 +134,42 @@ class SecondProcess:
             if self._end.recv(len(READY)) == READY:
                 self._end.setblocking(False)
                 return
-        self._process.kill()
-        self._process.wait()
+        self._kill()
         self._lose("did not start")
 
+    def _follow(self) -> None:
+        """Start another one where the last is lost, without waiting for it."""
+        now = time.monotonic()
+        if not self._starts:
+            if now >= self._lost_s + AGAIN_S:
+                self._kill()
+                self._process, self._end = self._launch()
+                self._end.setblocking(False)
+                self._starts, self._lost_s = True, now
+            return
+        try:
+            ready = self._end.recv(len(READY)) == READY
+        except BlockingIOError:
+            if now < self._lost_s + STARTS_S:
+                return
+            ready = False
+        except OSError:
+            ready = False
+        self._starts, self._lost_s = False, now
+        if ready:
+            self._gone, self.wants_all = False, True
+            self._notice("another second process stands by")
+        else:
+            self._kill()
+
+    def _kill(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._end.close()
+
     def hand_over(self, handed: HandOver | None) -> None:
+        if self._gone and not self.relieved and not self._word.is_marked:
+            self._follow()
         kind = Kind.PULSE if handed is None else Kind.ESCAPE
         came = self._tell(kind, handed)
         if handed is not None:
@@ -173,8 +198,7 @@ class SecondProcess:
                 self._step_back()
                 return False
             if time.monotonic() > until:
-                self._process.kill()  # It hangs with the word: nobody would speak.
-                self._process.wait()
+                self._kill()  # It hangs with the word: nobody would speak.
                 self._lose("hung, and was killed")
                 return self._word.take()
             time.sleep(TRIES_S)
@@ -201,8 +225,9 @@ class SecondProcess:
         if self._word.is_marked:
             self._step_back()
         elif not self._gone:
-            self._gone = True
-            self._notice(f"the second process {how}: if this one dies, nobody flies its escape")
+            self._gone, self._lost_s = True, time.monotonic()
+            words = "until another one stands by, nobody flies the escape if this one dies"
+            self._notice(f"the second process {how}: {words}")
 
     def end(self) -> None:
         """Nothing is left behind, unless it flies the escape."""
@@ -210,6 +235,8 @@ class SecondProcess:
         self._end.close()
         if self.relieved:
             return
+        if self._gone:
+            self._process.kill()  # It may not have begun to listen.
         try:
             self._process.wait(ENDS_S)
         except subprocess.TimeoutExpired:
@@ -221,3 +248,19 @@ class SecondProcess:
         self._gone, self.relieved = True, self.relieved or flies
         self._end.close()
         return flies
+
+
+def _launch(module: str, given: Mapping[str, object], kept: Sequence[int]) -> Started:
+    """Start a second process with the descriptors that it keeps."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    process = subprocess.Popen(
+        [sys.executable, "-m", module, json.dumps({"end": theirs.fileno(), **given})],
+        pass_fds=(theirs.fileno(), *kept),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    theirs.close()
+    with suppress(OSError):
+        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, QUEUE_BYTES)
+    return process, ours
