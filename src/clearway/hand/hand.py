@@ -22,7 +22,7 @@ LATE_S = 0.02
 RELIEVED_S = 1.0
 RELIEVED_PERIODS = 2.0
 """Silent for so long, and for so many periods, the deciding process is relieved."""
-ANSWERS_S = 0.2
+ANSWERS_S = 0.4
 TRIES_S = 0.0005
 """The second process gives the word back within this time; and between two tries to take it."""
 STARTS_S = 20.0
@@ -30,7 +30,7 @@ STARTS_S = 20.0
 ENDS_S = 2.0
 """It has ended so long after it was asked to."""
 AGAIN_S = 2.0
-"""One that is lost has a follower after this time at the earliest: a start takes time itself."""
+"""Between two starts: one that is lost has a follower, but starts take time themselves."""
 QUEUE_BYTES = 1 << 20
 RELIEVED = "the second process has taken over: this one was silent for too long"
 Notice = Callable[[str], None]
@@ -97,7 +97,7 @@ class SecondProcess:
         self.on_return: Callable[[], None] = lambda: None
         """Called once the word is back from a second process that stood in."""
         self.relieved, self.wants_all = False, True
-        self._gone, self._lost_s, self._starts = False, 0.0, False
+        self._gone, self._begun_s, self._starts = False, time.monotonic(), False
 
     @classmethod
     def start(
@@ -141,21 +141,21 @@ class SecondProcess:
         """Start another one where the last is lost, without waiting for it."""
         now = time.monotonic()
         if not self._starts:
-            if now >= self._lost_s + AGAIN_S:
+            if now >= self._begun_s + AGAIN_S:
                 self._kill()
                 self._process, self._end = self._launch()
                 self._end.setblocking(False)
-                self._starts, self._lost_s = True, now
+                self._starts, self._begun_s = True, now
             return
         try:
             ready = self._end.recv(len(READY)) == READY
         except BlockingIOError:
-            if now < self._lost_s + STARTS_S:
+            if now < self._begun_s + STARTS_S:
                 return
             ready = False
         except OSError:
             ready = False
-        self._starts, self._lost_s = False, now
+        self._starts = False
         if ready:
             self._gone, self.wants_all = False, True
             self._notice("another second process stands by")
@@ -225,7 +225,7 @@ class SecondProcess:
         if self._word.is_marked:
             self._step_back()
         elif not self._gone:
-            self._gone, self._lost_s = True, time.monotonic()
+            self._gone = True
             words = "until another one stands by, nobody flies the escape if this one dies"
             self._notice(f"the second process {how}: {words}")
 
