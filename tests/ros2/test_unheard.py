@@ -64,3 +64,24 @@ def test_a_publisher_that_fits_is_no_reason(sides: tuple[DdsBus, DdsBus]) -> Non
     assert "1 publishers, but no message" in HeardTopic(CLOUD, needed=True).words(
         "/there", listener
     )
+
+
+def test_ends_are_counted_again_where_the_binding_fails_as_one_comes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from cyclonedds.sub import DataReader
+
+    count, fails = DataReader.get_matched_publications, [True]
+
+    def counted(self: DataReader) -> list[int]:
+        if fails.pop() if fails else False:
+            raise IndexError("invalid index")  # As it does where one comes between its two calls.
+        return list(count(self))
+
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    bus = DdsBus(DOMAIN)
+    bus.subscribe("/late", PATH, USUAL)
+    monkeypatch.setattr(DataReader, "get_matched_publications", counted)
+    assert bus.publishers("/late") == 0
+    assert not fails
+    bus.close()

@@ -10,7 +10,7 @@ import atexit
 import os
 import threading
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any
@@ -156,14 +156,14 @@ class DdsBus:
 
     def publishers(self, topic: str) -> int:
         reader = self._readers[topic][1]
-        return len(reader.get_matched_publications())
+        return _count(reader.get_matched_publications)
 
     def why_unheard(self, topic: str) -> str:
         return self._discovered.why_unheard(topic, *self._asked[topic])
 
     def subscribers(self, topic: str) -> int:
         """How many others hear a topic that is published."""
-        return len(self._writers[topic].get_matched_subscriptions())
+        return _count(self._writers[topic].get_matched_subscriptions)
 
     def resolve(self, topic: str) -> str:
         """A topic as it is named here."""
@@ -233,3 +233,10 @@ def _idl(node: tuple[Any, Any]) -> Any:
     if which == 3:
         return array[_idl(base), length]
     return sequence[_idl(base), length] if length else sequence[_idl(base)]
+
+
+def _count(matched: Callable[[], Sequence[int]]) -> int:
+    """How many ends match; asked again where one came while the binding counted, and it failed."""
+    while True:
+        with suppress(IndexError):
+            return len(matched())
