@@ -83,7 +83,7 @@ def test_text_and_picture(tmp_path):
         (["--method", "full"], "outgrows"),
         (["--range", "10", "--speed", "0.01"], "takes 1000 movements of 0.01 m, more than 100"),
         (["--layers", "200"], "takes 200 movements"),
-        (["--columns", "0"], "grid columns: a whole number from 1 is needed, got 0"),
+        (["--columns", "0"], "grid columns: a whole number from 1 to 100,000 is needed, got 0"),
         (["--columns", "100000000"], "more than 100000 cells"),
         (["--speed", "nan"], "--speed"),
         (["--range", "nan"], "--range"),

@@ -220,7 +220,7 @@ def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
     told = " ".join(run.stderr.split())
     assert "probably a rig or a bench about the sensor" in told
     assert "--airframe-radius 1.2, leaves them out" in told
-    assert "as near as 0.50 m" in run.stdout.splitlines()[-1]
+    assert "nearest return is 0.50 m away" in run.stdout.splitlines()[-1]
     run = assessed(
         *("--scan", data_dir / BAG, "--all", "--no-plots", "--airframe-radius", "1.2"),
         *("--vehicle", "plane"),
@@ -228,7 +228,7 @@ def test_a_bench_about_the_sensor_is_told_and_what_is_near_beyond_it(
     )
     assert "still in each of" not in run.stderr
     assert "is assumed" not in run.stderr
-    assert "as near as 1.20 m" in run.stdout.splitlines()[-1]
+    assert "nearest return is 1.20 m away" in run.stdout.splitlines()[-1]
 
 
 def test_a_scan_of_which_nothing_is_kept_is_said_to_be_one(tmp_path: Path) -> None:

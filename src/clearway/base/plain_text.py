@@ -89,6 +89,12 @@ def shorten_problems(source: str, problems: Sequence[str]) -> str:
 def _in_plain_words(problem: str) -> str:
     """A problem with short words, without control characters."""
     said = NO_NUMBER.sub(r"\1 is no number", make_printable(problem))
-    return re.sub(
-        rf"\S{{{LONGEST_WORD + 1},}}", lambda long: f"{long[0][: LONGEST_WORD // 2]}...", said
-    )
+    return re.sub(rf"\S{{{LONGEST_WORD + 1},}}", _cut, said)
+
+
+def _cut(word: re.Match[str]) -> str:
+    """The beginning of a long word and what ends it; paths stay whole."""
+    whole = word[0]
+    if "/" in whole:
+        return whole
+    return f"{whole[: LONGEST_WORD // 2]}...{whole[len(whole.rstrip(',;:)')) :]}"

@@ -168,7 +168,11 @@ class SimulatedAutopilot:
     def _begin(self, target: Target) -> None:
         """Fly by a set-point from now on; by another kind, as a controller that begins."""
         before, self._flown = self._flown, target
-        if self.habits.trims_for_s and before is not None and name_controller(before) != name_controller(target):
+        if (
+            self.habits.trims_for_s
+            and before is not None
+            and name_controller(before) != name_controller(target)
+        ):
             self.truth = self.truth.trim_anew()
 
     def _take_off(self, step: float) -> None:
