@@ -13,7 +13,6 @@ from clearway.base.errors import ClearwayError
 from clearway.base.frames import FloatArray
 from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
-from clearway.live.mission import Mission, Progress
 
 
 class Listener:
@@ -22,35 +21,11 @@ class Listener:
     def __init__(self, known: Knowledge) -> None:
         self._known = known
         self.counts = known.counts
-        self._told: dict[str, int] = {}
-
-    @property
-    def progress(self) -> Progress:
-        """How far along the mission own state estimates have come."""
-        return self._known.progress
-
-    @progress.setter
-    def progress(self, progress: Progress) -> None:
-        self._known.progress = progress
-
-    @property
-    def mission(self) -> Mission:
-        """What is flown; `fly_to` puts another in its place."""
-        return self._known.mission
-
-    @property
-    def followed(self) -> bool:
-        """Whether the vehicle flies what is decided; a caller that knows sets it. Where a pilot
-        flies, going elsewhere than decided tells nothing of the wind."""
-        return self._known.followed
-
-    @followed.setter
-    def followed(self, is_so: bool) -> None:
-        self._known.followed = is_so
+        """Data left out, by reason."""
 
     @property
     def floor_m(self) -> float:
-        """Height of the world that no decision leads below; the caller may set it, -inf for
+        """Height of the world that nothing leads below; the caller may set it, -inf for
         none. Raises ClearwayError for what is no height."""
         return self._known.floor_m
 
@@ -98,7 +73,9 @@ class Listener:
         self._known.put(reading)
 
     def catch_up(self, now_s: float) -> None:
-        """Take in what has come, checked against the time; `due` and `decide` do so themselves.
+        """Take in what has come, checked against the time; every question does so itself.
+
+        A caller with time before the next question saves that one the work of a scan.
 
         Parameters
         ----------
@@ -137,16 +114,6 @@ class Listener:
     def forget_free_space(self) -> None:
         """Count nothing as seen to be free any more: the own position has jumped."""
         self._known.sensing.forget_free_space()
-
-    def _count_fresh(self) -> dict[str, int]:
-        """What was left out since the last call, by reason."""
-        told = self._told  # By hand: to subtract counters is slow.
-        fresh = {
-            why: n - told.get(why, 0) for why, n in self.counts.items() if n > told.get(why, 0)
-        }
-        if fresh:
-            self._told = dict(self.counts)
-        return fresh
 
 
 def _height_or_none(name: str, height_m: float) -> float:

@@ -8,7 +8,7 @@ from clearway.avoidance.plan.situation import Situation
 from clearway.base.state import State
 from clearway.live.knowledge import Knowledge
 from clearway.live.listener import Listener
-from clearway.live.mission import Detour, Mode
+from clearway.live.mission import Detour, Mission, Mode, Progress
 from clearway.live.outputs.modes import ModeState
 from clearway.live.plan import Plan
 from clearway.live.recovery.dead_end import out_of_dead_end
@@ -27,6 +27,31 @@ class Questions(Listener):
         super().__init__(known)
         self._plan, self._watch, self._detour = plan, watch, detour
         self._mode: ModeState | None = None
+        self._told: dict[str, int] = {}
+
+    @property
+    def progress(self) -> Progress:
+        """How far along the mission own state estimates have come."""
+        return self._known.progress
+
+    @progress.setter
+    def progress(self, progress: Progress) -> None:
+        self._known.progress = progress
+
+    @property
+    def mission(self) -> Mission:
+        """What is flown; `fly_to` puts another in its place."""
+        return self._known.mission
+
+    @property
+    def followed(self) -> bool:
+        """Whether the vehicle flies what is decided; a caller that knows sets it. Where a pilot
+        flies, going elsewhere than decided tells nothing of the wind."""
+        return self._known.followed
+
+    @followed.setter
+    def followed(self, is_so: bool) -> None:
+        self._known.followed = is_so
 
     @property
     def ahead_s(self) -> float:
@@ -144,6 +169,16 @@ class Questions(Listener):
                 intruders=[replace(i, time_s=told(i.time_s)) for i in situation.intruders],
             )
         return situation, scan_age
+
+    def _count_fresh(self) -> dict[str, int]:
+        """What was left out since the last call, by reason."""
+        told = self._told  # By hand: to subtract counters is slow.
+        fresh = {
+            why: n - told.get(why, 0) for why, n in self.counts.items() if n > told.get(why, 0)
+        }
+        if fresh:
+            self._told = dict(self.counts)
+        return fresh
 
     @property
     def _escapes_on(self) -> bool:

@@ -8,10 +8,8 @@ and is flown on where nothing better is found, or nobody asks any more.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,10 +28,10 @@ from clearway.live.guard.holding import Holding
 from clearway.live.guard.nearest import NearnessToWish, planner_towards
 from clearway.live.guard.replacement import Replacement
 from clearway.live.guard.wish import PathWish, VelocityWish, Wish
-from clearway.live.inputs.readings import Reading
 from clearway.live.knowledge import Knowledge
 from clearway.live.link.guarded import Guarded
 from clearway.live.link.set_point import SetPoint
+from clearway.live.listener import Listener
 from clearway.live.mission import Mission
 from clearway.live.preflight.escape_plan import escape_plan
 from clearway.obstacles.obstacle_map import ObstacleMap
@@ -44,7 +42,7 @@ NEAREST = "; the nearest velocity that does not is flown"
 WOULD_MEET = "the wish would meet an aircraft before it has passed"
 
 
-class Guardian:
+class Guardian(Listener):
     """Feed it with `update`; ask it with `guard_velocity` or `guard_path` at a set rate.
 
     Parameters
@@ -118,7 +116,7 @@ class Guardian:
         self.obstacle_map = obstacle_map
         ahead = start.position_m + planner.grid.range_m * start.world_from_body[:, 0]
         mission = Mission("guarded", start, waypoints_m=ahead[None])
-        self._known = Knowledge(self.planner, mission, lidars, obstacle_map)
+        super().__init__(Knowledge(self.planner, mission, lidars, obstacle_map))
         self._holding = Holding(self.planner, self._known, brakes.late_s)
         self._admission = Admission(self.planner, hold_s, brakes)
         self._replacement = Replacement(
@@ -129,92 +127,6 @@ class Guardian:
         sensors = ", ".join(self._known.sensing.sensors) or "no sensor"
         flown = "no escape held" if self.held is None else "an escape held"
         return one_line("Guardian", (sensors, flown, f"{self.counts.total()} data left out"))
-
-    @property
-    def counts(self) -> Counter[str]:
-        """Data left out, by reason."""
-        return self._known.counts
-
-    def begin_at(self, place_m: FloatArray) -> None:
-        """Take a place for the start, as `AvoidanceSystem.begin_at` does.
-
-        Parameters
-        ----------
-        place_m
-            [3] world frame.
-
-        Raises
-        ------
-        ClearwayError
-            For what is no such place.
-        """
-        self._known.sensing.begin_at(place_m)
-
-    def forget_free_space(self) -> None:
-        """Count nothing as seen to be free any more: the own position has jumped."""
-        self._known.sensing.forget_free_space()
-
-    @property
-    def floor_m(self) -> float:
-        """Height of the world that nothing leads below."""
-        return self._known.floor_m
-
-    @floor_m.setter
-    def floor_m(self, height_m: float) -> None:
-        self._known.floor_m = height_m
-
-    # --- readings -------------------------------------------------------------------------
-
-    def update(self, reading: Reading) -> None:
-        """Take one reading, as `AvoidanceSystem.update` does.
-
-        Parameters
-        ----------
-        reading
-            Own state estimate, scan or intruder, as reported.
-
-        Raises
-        ------
-        ClearwayError
-            For what is no reading at all.
-        """
-        self._known.put(reading)
-
-    def receive(self, kind: type[Reading], *values: Any, **named: Any) -> bool:
-        """Make a reading of raw values and take it, as `AvoidanceSystem.receive` does.
-
-        Parameters
-        ----------
-        kind
-            What to make: `State`, `Scan` or `Intruder`.
-        *values
-            Its arguments by place.
-        **named
-            Its arguments by name.
-
-        Returns
-        -------
-        bool
-            Whether the reading could be made.
-        """
-        return self._known.receive(kind, *values, **named)
-
-    def catch_up(self, now_s: float) -> None:
-        """Take in what has come, checked against the time; every question does so itself.
-
-        A caller with time before the next wish saves that wish the work of a scan.
-
-        Parameters
-        ----------
-        now_s
-            The present time, on the clock of the readings.
-
-        Raises
-        ------
-        ClearwayError
-            For what is no time.
-        """
-        self._known.catch_up(now_s)
 
     # --- wishes ---------------------------------------------------------------------------
 
