@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import struct
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +121,19 @@ def test_a_message_that_unpacks_without_end_is_refused(monkeypatch):
     assert zstd.unpack_message(ZstdCompressor().compress(bytes(1000))) == bytes(1000)
     with pytest.raises(ValueError, match="more than 1,000 bytes"):
         zstd.unpack_message(ZstdCompressor().compress(bytes(10**6)))
+
+
+def test_a_message_takes_the_memory_that_it_needs():
+    """A reader has 700 MB in all: no message takes as much as the largest may unpack to."""
+    from zstandard import ZstdCompressor
+
+    packed = ZstdCompressor().compress(bytes(10**6))
+    tracemalloc.start()
+    try:
+        assert zstd.unpack_message(packed) == bytes(10**6)
+        assert tracemalloc.get_traced_memory()[1] < 10**7
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_full_disk_of_temporary_files_is_no_damage(tmp_path, monkeypatch):

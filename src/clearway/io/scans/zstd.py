@@ -26,11 +26,14 @@ def unpack_message(data: bytes) -> bytes:
         return data
     from zstandard import ZstdDecompressor
 
+    plain = bytearray()
     with ZstdDecompressor().stream_reader(data) as stream:
-        plain = bytes(stream.read(MOST_MESSAGE_BYTES + 1))
-    if len(plain) > MOST_MESSAGE_BYTES:
-        raise ValueError(f"a message unpacks to more than {MOST_MESSAGE_BYTES:,} bytes")
-    return plain
+        # By pieces: the library makes room at once for all that it is asked for.
+        while piece := stream.read(PIECE_BYTES):
+            plain += piece
+            if len(plain) > MOST_MESSAGE_BYTES:
+                raise ValueError(f"a message unpacks to more than {MOST_MESSAGE_BYTES:,} bytes")
+    return bytes(plain)
 
 
 def unpack_file(path: Path, folder: Path) -> Path:
