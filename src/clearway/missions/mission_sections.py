@@ -241,8 +241,8 @@ class SafetySection(Section):
     """`[safety]`: distances to keep, and escapes."""
 
     margin_m: Positive = MARGIN_M
-    """From the vehicle's centre to any obstacle's surface; but where `off` is flown,
-    `vehicle.body_radius_m` at least is kept. Default: [what suits the
+    """From the vehicle's centre to any obstacle's surface; at least `vehicle.body_radius_m` is
+    kept, unless `off` is flown. Default: [what suits the
     vehicle](missions.md#what-suits-the-vehicle), the value here at 1 m/s."""
     conservative_turning_radius_m: Positive | None = None
     """Turning radius of (6.14), for the picture only; default: the automaton's."""

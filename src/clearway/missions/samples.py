@@ -52,7 +52,7 @@ acceleration_mps2 = 4.0    # what it brakes with, in the wind that you accept
 body_radius_m = 0.3        # the ball that holds it, propellers too
 
 [safety]
-margin_m = 0.5             # what its errors need: see the table below
+margin_m = 0.5             # from its centre: body and errors, see the table below
 
 [rules]
 floor_m = 1.5              # it flies no lower, and no higher than ceiling_m
