@@ -462,7 +462,7 @@ def test_a_copter_shows_its_speed_sight_and_escape(tmp_path):
         browser.open(f"{page.as_uri()}#t={made['time_s'] + 0.01}")
         assert browser.complaints() == []
         legend = browser.evaluate("document.getElementById('legend').innerText")
-        assert {"Flown: speed", "10.0 m/s", "escape, to rest", "seen to be free"} <= set(
+        assert {"Flown: speed", "10.0 m/s", "escape, to rest", "observed free space"} <= set(
             legend.splitlines()
         )
         panel = browser.evaluate("document.getElementById('panel').innerText")

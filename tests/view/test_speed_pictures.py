@@ -49,7 +49,7 @@ def test_a_moment_says_why_and_shows_sight_plan_and_escape():
     assert flown().decisions[9].flight.decision.speed.in_words in told
     assert "escape after its first: " in told
     assert "then Hold; at rest after" in told
-    assert {"seen to be free", "planned", "escape: brakes to rest"} <= legend_of(figure)
+    assert {"observed free space", "planned", "escape: brakes to rest"} <= legend_of(figure)
 
 
 def test_distances_are_those_of_the_ways():

@@ -38,10 +38,10 @@ class SpeedLimit(StrEnum):
 
     GREATEST = "the mission's greatest speed"
     GAINING = "gaining speed as fast as it can"
-    SIGHT = "limited by sight: faster, it could not brake within what was seen to be free"
+    SIGHT = "limited by sight: faster, it could not brake within observed free space"
     CLEARANCE = "limited by clearance: faster, it would come too near to what stands there"
     GOAL = "limited by the goal: faster, it could not stop there"
-    WAY = "limited by the way: faster, its turns would take longer"
+    WAY = "limited by the turns: faster, they would take longer"
     ESCAPE = "flying the escape held, since nothing else leaves one"
 
 
@@ -69,7 +69,7 @@ class SpeedChoice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """How far space was seen to be free at a decision, level and all round."""
+    """How far observed free space reached at a decision, level and all round."""
 
     free_m: FloatArray
     """[n] from the vehicle's place on, counter-clockwise from the world's x axis."""

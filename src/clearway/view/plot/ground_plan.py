@@ -36,7 +36,7 @@ def draw_kept_out(axes: Axes, tracks_m: FloatArray, volumes: World) -> None:
         axes.contourf(
             x, y, nearest, levels=[-1e6, 0.0], colors=[KEPT_OUT], hatches=["///"], alpha=0.5
         )
-        axes.fill([], [], color=KEPT_OUT, alpha=0.5, label="kept out of")
+        axes.fill([], [], color=KEPT_OUT, alpha=0.5, label="keep-out volumes")
 
 
 def _nearest(

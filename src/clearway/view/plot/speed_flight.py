@@ -37,8 +37,8 @@ CAP = "#088c82"
 LIMITS = {
     SpeedLimit.SIGHT: ("#088c82", "sight"),
     SpeedLimit.CLEARANCE: ("#d55e00", "clearance"),
-    SpeedLimit.WAY: ("#e6b800", "turns of the way"),
-    SpeedLimit.GOAL: ("#2e9e4f", "goal"),
+    SpeedLimit.WAY: ("#e6b800", "the turns"),
+    SpeedLimit.GOAL: ("#2e9e4f", "the goal"),
     SpeedLimit.GAINING: ("#9fc5e8", "acceleration"),
     SpeedLimit.GREATEST: ("#1f5fbf", "greatest speed"),
     SpeedLimit.ESCAPE: ("#8e44ad", "escape flown"),
@@ -142,7 +142,7 @@ def _speed_of(entry: LoggedDecision) -> SpeedChoice:
 
 
 def _draw_braking(axes: Axes, entry: LoggedDecision) -> None:
-    """Speed along plan and escape, beside how far was seen to be free."""
+    """Speed along plan and escape, beside how far observed free space reaches."""
     decision, sight, speed = entry.flight.decision, entry.sight, _speed_of(entry)
     plan, escape = measure_plan(decision), measure_braking(decision)
     axes.plot(*plan.T, "o-", color=PLANNED, markersize=5)
@@ -150,7 +150,7 @@ def _draw_braking(axes: Axes, entry: LoggedDecision) -> None:
     farthest = max(float(plan[-1, 0]), float(escape[-1, 0]), 1.0)
     if sight is not None:
         axes.axvspan(0.0, sight.ahead_m, color=SEEN_FREE, zorder=0)
-        name = f"seen free ahead: {sight.ahead_m:.1f} m"
+        name = f"observed free ahead: {sight.ahead_m:.1f} m"
         axes.axvline(sight.ahead_m, color=CAP, linewidth=1.2)
         axes.annotate(
             name, (sight.ahead_m, 0.98), xycoords=("data", "axes fraction"), rotation=90,

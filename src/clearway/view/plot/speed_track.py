@@ -39,7 +39,7 @@ def draw_speed(
 
 
 def draw_sight(axes: Axes, decision: Decision, sight: Sight | None, reach_m: float) -> None:
-    """Fill what was seen to be free around a decision, at its height, so far from the vehicle."""
+    """Fill observed free space around a decision, at its height, so far from the vehicle."""
     if sight is None:
         return
     place, directions = decision.state.position_m, sight.azimuths_rad
@@ -47,7 +47,7 @@ def draw_sight(axes: Axes, decision: Decision, sight: Sight | None, reach_m: flo
         [np.cos(directions), np.sin(directions)], axis=1
     )
     edge = edge + place[:2]
-    axes.fill(edge[:, 0], edge[:, 1], color=SEEN_FREE, zorder=0.3, label="seen to be free")
+    axes.fill(edge[:, 0], edge[:, 1], color=SEEN_FREE, zorder=0.3, label="observed free space")
 
 
 def draw_escape(axes: Axes, decision: Decision, *, named: bool = True, wide: float = 2.0) -> None:

@@ -152,7 +152,7 @@ class EvidenceView {
     if (show.plan && this.plan) this.renderer.drawLines(this.plan, 4);
   }
 
-  // What was seen to be free, and where the escape comes to rest.
+  // Observed free space, and where the escape comes to rest.
   drawSight(show) {
     if (this.at < 0 || !hasSpeeds(this.run)) return;
     const end = this.run.pathOf(this.at, "way_out_mm").at(-1), size = this.run.mission.body_radius_m;

@@ -79,7 +79,7 @@ class Panel {
       ["position x, y, z", state.position.map((value) => value.toFixed(1)).join(", ") + " m"],
       ["heading, climb", `${degrees(Math.atan2(Math.sin(state.attitude[2]), Math.cos(state.attitude[2])))}, `
         + degrees(-state.attitude[1])],
-      ["nearest obstacle", obstacle === null ? "none" : `${figure(obstacle)} of ${figure(margin, "m")}`],
+      ["nearest obstacle", obstacle === null ? "none" : `${figure(obstacle, "m")}, margin ${figure(margin, "m")}`],
     ];
     if (this.run.intruders.length) {
       pairs.push(["nearest intruder", intruder === null ? "none" : figure(intruder, "m")]);
@@ -132,7 +132,7 @@ class Panel {
 
   reasons(made) {
     const clear = made.limited_by === "nothing" ? "nothing in reach"
-      : `${figure(made.clearance_m)} of ${figure(made.margin_asked_m, "m")}, ${made.limited_by}`;
+      : `${figure(made.clearance_m)} of ${figure(made.margin_asked_m, "m")} asked, ${made.limited_by}`;
     const parts = [list([
       ["passes", made.side === "straight" ? "straight ahead" : `${made.side} of the way`],
       ["clearance", clear],
@@ -165,7 +165,7 @@ class Panel {
       const first = way.movements.length ? `${inWords(way.movements)}, then ` : "";
       parts.push(element("p", `${first}${inWords(way.loop)} again and again; `
         + `${figure(way.margin_kept_m, "m")} clear`
-        + (way.certain ? "" : ", through space that nobody has seen")));
+        + (way.certain ? "" : ", through unobserved space")));
     }
     if (made.no_way_out.length) {
       parts.push(element("p", `No escape after ${made.no_way_out.join(", ")}.`));
@@ -203,18 +203,18 @@ function drawLegend(show, run, ghost) {
   const things = [
     ["flown", "executed", true, !hasSpeeds(run)], ["plan", "planned", true, show.plan],
     [hasSpeeds(run) ? "escape, to rest" : "held escape", "wayout", true, show.wayout && run.decisions.some((one) => one.way_out_mm?.length), true],
-    ["seen to be free", "sight", false, show.sight && hasSpeeds(run)],
+    ["observed free space", "sight", false, show.sight && hasSpeeds(run)],
     ["route", "waypoint", true, true], ["margin", "margin", false, show.margin],
-    ["points known", "seen", false, show.points && run.seen],
-    ["seen before", "before", false, show.points && run.seen],
+    ["points used", "seen", false, show.points && run.seen],
+    ["known before", "before", false, show.points && run.seen],
     [`intruder, ${run.arrowTime} s`, "intruder", false, run.intruders.length],
     ["the other run", "beside", true, ghost], ["its plan", "besidePlan", true, ghost && show.plan, true],
     ["tube of the plan", "planned", false, show.plan && run.decisions.some((one) => one.tube_m?.length)],
-    ["as known then", "known", false, run.decisions.some(({ movers }) => movers?.length)],
+    ["intruder as known", "known", false, run.decisions.some(({ movers }) => movers?.length)],
     ["not on the map", "world", false, known.has("world")],
     ["also on the map", "both", false, known.has("both")],
     ["only on the map", "map", false, known.has("map")],
-    ["kept out of", "rule", false, known.has("rule")],
+    ["keep-out volume", "rule", false, known.has("rule")],
   ].filter((thing) => thing[3]);
   parts.push(element("ul", "", "", things.map(([text, colour, thin, , dashes]) => {
     const patch = element("i", "", thin ? "thin" : ""), paint = css(COLOURS[colour]);

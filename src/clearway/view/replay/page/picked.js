@@ -51,7 +51,7 @@ class Picked {
       ["reachability", yes("passed") === "yes" ? SHARE(value("reachability")) : "not passed"],
       ...run.quantities.filter((key) => key.startsWith(RATING)).map((key) =>
         [`rating "${key.slice(RATING.length)}"${key === rating ? ", flown by" : ""}`, SHARE(value(key))]),
-      ["seen, coated", `${yes("seen")}, ${yes("coated")}`],
+      ["seen, inflated", `${yes("seen")}, ${yes("coated")}`],
     ]), element("p", this.cellInWords(value, below, rating))];
     const tree = run.treeOf(decision);
     if (tree) parts.push(element("p", this.passing(index, decision, tree), "soft"));
@@ -62,7 +62,7 @@ class Picked {
     const causes = [["detected", "what was seen"], ["map", "the map"], ["intruder", "intruders"]]
       .filter(([key]) => value(key) > 12).sort((a, b) => value(b[0]) - value(a[0])).map(([, words]) => words);
     const from = causes.length ? `an obstacle by ${causes.join(", then ")}`
-      : value("visibility") < 128 ? "hidden: nobody saw into it" : "seen and free";
+      : value("visibility") < 128 ? "hidden: no beam looked into it" : "seen and free";
     const held = below ? "below the threshold" : "not below the threshold";
     return `Taken as ${from}. Its rating ${SHARE(value(rating))} is ${held} of ${this.run.mission.threshold}.`;
   }

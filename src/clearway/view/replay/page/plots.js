@@ -24,7 +24,7 @@ class Plots {
     this.readout = document.getElementById("readout");
     this.lanes = LANES.filter(({ of }) => run.decisions.some((made) => (of(made) ?? 0) !== 0));
     this.tops = [0];  // Where each lane begins, and the last one ends.
-    for (const { tall = 1 } of this.lanes) this.tops.push(this.tops.at(-1) + 44 * tall);
+    for (const { tall = 1 } of this.lanes) this.tops.push(this.tops.at(-1) + 36 * tall);
     this.canvas.style.height = `${this.tops.at(-1)}px`;
     this.background = document.createElement("canvas");
     for (const canvas of [this.canvas, document.getElementById("timeline")]) {

@@ -1,4 +1,4 @@
-// A vehicle with inertia: its track by speed, what it saw to be free, and why it was no faster.
+// A vehicle with inertia: its track by speed, its observed free space, and why it was no faster.
 
 const ABOVE_M = 1;  // Obstacles are cut so far above the flight, to look in from above.
 
@@ -38,7 +38,7 @@ function cutAt(mesh, height) {
   return mesh;
 }
 
-// What was seen to be free at a decision, level at the vehicle's height.
+// Observed free space at a decision, level at the vehicle's height.
 function sightFan({ position_m: place, sight }) {
   const count = sight.free_m.length;
   const rim = sight.free_m.map((far, at) => plus(place,
@@ -52,7 +52,7 @@ function speedWords({ speed, sight }) {
   const pairs = [["now, next, greatest", `${[speed.now_mps, speed.next_mps, speed.greatest_mps]
     .map((value) => value.toFixed(1)).join(", ")} m/s`]];
   if (sight) {
-    pairs.push(["seen to be free ahead", figure(sight.ahead_m, "m", 1)]);
+    pairs.push(["observed free ahead", figure(sight.ahead_m, "m", 1)]);
     pairs.push(["fastest that stops within", figure(sight.cap_mps, "m/s", 1)]);
   }
   const { why } = speed;
