@@ -40,13 +40,13 @@ unit: $(VENV)/.dev
 	$(CORE)
 	$(BIN)/pytest -n 2 --dist loadfile -m 'not nightly and not realtime'
 
-# Processes that meet in real time, one test at a time: beside others they would come too late. A
-# machine that stalls makes one late all the same: what failed must pass when it runs once more. Other
-# files would take longer to load than the tests of many of them.
+# Processes that meet in real time, three tests at a time: they mostly wait, and beside more they would
+# come too late. A machine that stalls makes one late all the same: what failed must pass when it runs
+# once more, alone. Other files would take longer to load than the tests of many of them.
 REALTIME = $(BIN)/pytest -m 'realtime and not nightly' $$(grep -rl --include='test_*.py' mark.realtime tests)
 realtime: $(VENV)/.dev
 	$(CORE)
-	$(REALTIME) || { echo 'warning: real-time tests failed and are run once more'; \
+	$(REALTIME) -n 3 --dist worksteal || { echo 'warning: real-time tests failed and are run once more'; \
 		$(REALTIME) --last-failed --last-failed-no-failures none; }
 
 # What takes too long for every change: wider families, longer laws.

@@ -34,7 +34,7 @@ RESTS, MOVES = "rests", "moves"
 
 @cache
 def planner() -> Planner:
-    library = ReachLibrary.build(AUTOMATON, AvoidanceGrid.uniform(range_m=20.0))
+    library = ReachLibrary.load_or_build(AUTOMATON, AvoidanceGrid.uniform(range_m=20.0))
     return Planner.of(library, AvoidanceSettings(escape="mapped", safety_margin_m=MARGIN_M))
 
 

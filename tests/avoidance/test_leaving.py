@@ -62,7 +62,7 @@ COPTER = MovementAutomaton.multirotor(speed_mps=8.0, acceleration_mps2=4.0)
 
 @pytest.fixture(scope="module")
 def careful() -> Planner:
-    library = ReachLibrary.build(COPTER, AvoidanceGrid.uniform(range_m=20.0))
+    library = ReachLibrary.load_or_build(COPTER, AvoidanceGrid.uniform(range_m=20.0))
     return Planner.of(library, AvoidanceSettings(escape="mapped", safety_margin_m=0.4))
 
 

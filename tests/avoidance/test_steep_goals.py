@@ -75,7 +75,7 @@ def goal_at(target, following=None) -> Goal:
 
 @pytest.fixture(scope="module")
 def planner() -> Planner:
-    return Planner.of(ReachLibrary.build(QUADROTOR, GRID))
+    return Planner.of(ReachLibrary.load_or_build(QUADROTOR, GRID))
 
 
 @pytest.fixture(scope="module")

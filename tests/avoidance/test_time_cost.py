@@ -29,7 +29,7 @@ COPTER = MovementAutomaton.multirotor(speed_mps=8.0, acceleration_mps2=4.0)
 @cache
 def library() -> ReachLibrary:
     """Built when a test asks for it: every process collects this module."""
-    return ReachLibrary.build(COPTER, AvoidanceGrid.uniform(range_m=30.0))
+    return ReachLibrary.load_or_build(COPTER, AvoidanceGrid.uniform(range_m=30.0))
 
 
 @cache

@@ -120,7 +120,9 @@ def searched(ways: WaysOut, terms: EscapeTerms, pose: FloatArray, *, often: bool
     return first_escape(escapes, legs, *laid_out, 0, pose, 0.0, *about)[0]
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(4, 8))]
+)
 @pytest.mark.parametrize("often", [False, True])
 def test_no_escape_crosses_more_than_its_budget(ways, seed: int, often: bool) -> None:
     """By places of the tests' own; and some spend more than none, so that this can fail."""

@@ -233,9 +233,15 @@ def test_a_number_that_loses_its_fraction_does_not_compile(tmp_path: Path) -> No
         build_core(checkout(tmp_path, HEAD + loop))
 
 
-def test_translation_is_the_same_every_time(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "whole", [False, pytest.param(True, marks=pytest.mark.nightly)], ids=["constructs", "all loops"]
+)
+def test_translation_is_the_same_every_time(whole: bool, tmp_path: Path) -> None:
+    source = SOURCE.parent
+    if not whole:
+        source = checkout(tmp_path / "checkout", CONSTRUCTS.read_text()) / "src"
     one, other = (
-        [path.read_text() for path in write_sources(SOURCE.parent, tmp_path / name)]
+        [path.read_text() for path in write_sources(source, tmp_path / name)]
         for name in ("one", "other")
     )
     assert one == other

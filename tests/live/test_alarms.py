@@ -108,7 +108,7 @@ def test_own_places_that_scatter_untold_are_an_alarm(
         "mission": {"waypoints_m": [[90.0, 0.0, 0.0]]},
         "vehicle": {"kind": kind},
         "faults": {"own_position_sigma_m": untold_m},
-        "simulation": {"position_sigma_m": stated_m, "time_limit_s": 40.0},
+        "simulation": {"position_sigma_m": stated_m, "time_limit_s": 25.0},
     }
     kinds = [one["kind"] for one in alarms(flight("copter", 0, asked).fly())]
     assert (AlarmKind.OWN_POSITION in kinds) == (untold_m > stated_m)

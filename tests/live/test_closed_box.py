@@ -74,8 +74,8 @@ def test_a_multirotor_holds_inside_and_says_why() -> None:
 
 def test_a_copter_stays_before_a_goal_that_is_closed_in_and_says_where_it_looked() -> None:
     automaton = MovementAutomaton.multirotor(speed_mps=3.0, climb_mps=1.0)
-    library = ReachLibrary.build(automaton, AvoidanceGrid.uniform(range_m=20.0))
-    rings = BeamPattern.rotating(np.arange(-25.0, 26.0, 1.0), 1.0, max_range_m=20.0)
+    library = ReachLibrary.load_or_build(automaton, AvoidanceGrid.uniform(range_m=20.0))
+    rings = BeamPattern.rotating(np.arange(-25.0, 26.0, 2.0), 2.0, max_range_m=20.0)
     lidar = Lidar("rings", rings)
     settings = AvoidanceSettings(safety_margin_m=0.4, body_radius_m=0.2, smallest_object_m=0.3)
     goal = mission((9.0, 1.0, 0.0))

@@ -33,7 +33,7 @@ MASTS = ObstacleMap(
 
 @cache
 def planner() -> Planner:
-    library = ReachLibrary.build(AUTOMATON, AvoidanceGrid.uniform(range_m=20.0))
+    library = ReachLibrary.load_or_build(AUTOMATON, AvoidanceGrid.uniform(range_m=20.0))
     return Planner.of(library, AvoidanceSettings(safety_margin_m=0.6))
 
 

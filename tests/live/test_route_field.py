@@ -34,7 +34,7 @@ STEADY = Pace(10.0, np.inf, 1.0, 4.0, 2.0)
 def library() -> ReachLibrary:
     """Built when a test asks for it: every process collects this module."""
     copter = MovementAutomaton.multirotor(speed_mps=5.0)
-    return ReachLibrary.build(copter, AvoidanceGrid.uniform(range_m=20.0))
+    return ReachLibrary.load_or_build(copter, AvoidanceGrid.uniform(range_m=20.0))
 
 
 def planner(pace: Pace = STEADY, *, slow_mps: float = 10.0, top_m: float = 1.0) -> RoutePlanner:

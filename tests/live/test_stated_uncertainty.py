@@ -23,7 +23,7 @@ FIVE_DEG = np.radians(5.0)
 
 
 @pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(1, 6))]
+    "seed", [3, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, 1, 2, 4, 5))]
 )
 def test_with_an_attitude_off_by_what_is_stated_the_margin_is_kept(seed):
     world, there, *_ = ball_world(seed)

@@ -250,14 +250,28 @@ def test_a_flood_of_50_000_messages_neither_stops_nor_moves_the_flight() -> None
     assert bench.inbox.received["LOCAL_POSITION_NED"] == 11
 
 
-@settings(max_examples=200)
-@given(
-    told=st.lists(
-        st.tuples(st.sampled_from(sorted(KEPT)), st.binary(min_size=1, max_size=60)), max_size=12
-    ),
-    stretched=st.booleans(),
+FIELDS = st.lists(
+    st.tuples(st.sampled_from(sorted(KEPT)), st.binary(min_size=1, max_size=60)), max_size=12
 )
+
+
+@settings(max_examples=60)
+@given(told=FIELDS, stretched=st.booleans())
 def test_whatever_fields_say_nothing_breaks(told: list[tuple[int, bytes]], stretched: bool) -> None:
+    assert_unbroken(told, stretched=stretched)
+
+
+@pytest.mark.nightly
+@settings(max_examples=200)
+@given(told=FIELDS, stretched=st.booleans())
+def test_whatever_many_fields_say_nothing_breaks(
+    told: list[tuple[int, bytes]], stretched: bool
+) -> None:
+    assert_unbroken(told, stretched=stretched)
+
+
+def assert_unbroken(told: list[tuple[int, bytes]], *, stretched: bool) -> None:
+    """No set-point holds what is no number."""
     bench = Bench()
     bench.all_well(1.0)
     for step, (number, payload) in enumerate(told):

@@ -23,7 +23,7 @@ def flown(file: MissionFile, **safety: object) -> Run:
 
 @pytest.fixture(
     scope="module",
-    params=[120.0, pytest.param(900.0, marks=pytest.mark.nightly)],
+    params=[60.0, pytest.param(900.0, marks=pytest.mark.nightly)],
     ids="{:g}s".format,
 )
 def walls(request: pytest.FixtureRequest) -> MissionFile:

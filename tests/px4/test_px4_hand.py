@@ -22,13 +22,11 @@ from clearway.px4.simulated_px4 import SimulatedPx4
 from clearway.ros2.dds import DdsBus
 from hand_flights import WALL
 from px4_for_tests import each
-from ros2_for_tests import LOOPBACK
+from ros2_for_tests import DOMAIN, LOOPBACK
 from ros2_processes import all_ended, begun
 
 pytestmark = pytest.mark.realtime
 
-DOMAIN = 97
-"""Of these tests alone."""
 DEAD_END = (
     WALL.replace("range_m = 20", "range_m = 5")
     + """

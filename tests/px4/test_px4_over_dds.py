@@ -20,13 +20,11 @@ from clearway.px4.setup import find_release
 from clearway.px4.simulated import ModePilot
 from clearway.px4.simulated_px4 import SimulatedPx4
 from repository import REPOSITORY
-from ros2_for_tests import LOOPBACK
+from ros2_for_tests import DOMAIN, LOOPBACK
 from ros2_processes import ENVIRONMENT, all_ended, begun
 
 pytestmark = pytest.mark.realtime
 
-DOMAIN = 98
-"""Of these tests alone."""
 EXAMPLES = REPOSITORY / "examples" / "ros2"
 WALL, PILLAR = EXAMPLES / "px4_wall.toml", EXAMPLES / "pillar.toml"
 RING = "px4: {wait_s: 60.0, distances: /fmu/in/obstacle_distance}"

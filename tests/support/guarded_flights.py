@@ -36,7 +36,7 @@ LIBRARIES: dict[str, ReachLibrary] = {}
 
 def planner_for(vehicle: str, escape: str) -> Planner:
     if vehicle not in LIBRARIES:
-        LIBRARIES[vehicle] = ReachLibrary.build(AUTOMATA[vehicle], GRID)
+        LIBRARIES[vehicle] = ReachLibrary.load_or_build(AUTOMATA[vehicle], GRID)
     settings = AvoidanceSettings(
         safety_margin_m=MARGIN_M, body_radius_m=BODY_M, escape=escape, own_drift_mps=0.05
     )

@@ -15,9 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from clearway.hand.handover import Packet
+from free_ports import own_domain
 
 WORDS = ("own", "hand", "begins", "over", "nothing", "broken", "stops")
-DOMAIN = 96
+DOMAIN = own_domain(96)
 """Of these processes alone."""
 TOPIC, KIND = "/fmu/in/trajectory_setpoint", "px4_msgs/msg/TrajectorySetpoint"
 MODE, MODE_ID, RELEASE = "clearway", 23, "1.18"

@@ -28,8 +28,9 @@ from clearway.ros2.ros2_link import Ros2Link
 from clearway.ros2.told import header, point, turn_into_message
 from clearway.sensors import BeamPattern, Lidar, Mounting
 from clearway.vehicle.automaton import MovementAutomaton
+from free_ports import own_domain
 
-DOMAIN = 97
+DOMAIN = own_domain(97)
 """Of the tests alone."""
 LOOPBACK = (
     "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo' multicast='false'/>"

@@ -79,7 +79,9 @@ def test_a_copter_is_asked_to_be_where_it_is_predicted(speed_mps: float) -> None
             assert asked.yaw_rad == pytest.approx(float(there[5]))
 
 
-@pytest.mark.parametrize("speed_mps", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize(
+    "speed_mps", [2.0, *(pytest.param(one, marks=pytest.mark.nightly) for one in (5.0, 20.0))]
+)
 def test_velocity_is_continuous_where_one_movement_follows_another(speed_mps: float) -> None:
     """And no movement asks for more than the copter can do."""
     automaton = copter(speed_mps)
