@@ -45,7 +45,7 @@ def shown(missions: Sequence[Shown]) -> list[str]:
     for one in missions:
         inside = 100.0 * (1.0 - one.strayed / max(one.looks, 1))
         rows.append(
-            f"| [{one.name}](../examples/missions/plants/{one.name}.toml) | "
+            f"| [{one.name}](../../examples/missions/plants/{one.name}.toml) | "
             f"{'yes' if one.reached else one.ended} | {one.nearest_m:.2f} of {one.margin_m:g} m | "
             f"{one.time_s:.0f} s | {one.without} of {one.decisions} | "
             f"{inside:.1f} % of {one.looks} | {one.time_s / one.cpu_s:.0f} |"
