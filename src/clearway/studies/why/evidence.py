@@ -8,16 +8,14 @@ import numpy as np
 
 from clearway.base.arrays import FloatArray, IntArray
 from clearway.io.flights.recorded import RecordedFlight
-from clearway.sensors import Lidar
 from clearway.studies.why.ending import Ending
+from clearway.studies.why.sights import FirstSight, find_sights
 from clearway.studies.why.speeds import velocity_at
 from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import DECISIVE_S, PlacedReading
 
 SILENT_PERIODS = 5.0
 """Usual times between readings after which a sensor counts as dead."""
-SIGHT_SHARE = 1.0 / 3.0
-"""Of the margin, beside the body, within which a return shows the danger."""
 ROUNDING_S = 1e-3
 SHIFTS = 8
 """Steps of a quarter of a margin in which a map is shifted to each side, and again finer."""
@@ -32,16 +30,6 @@ CARRIED_SHARE = 0.5
 TRIED = 25
 """Times from which the way in still air is tried."""
 STEP_S = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class FirstSight:
-    """The first reading of a sensor that shows the danger."""
-
-    sensor: str
-    time_s: float
-    away_m: float
-    """From the vehicle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +88,7 @@ def gather_evidence(
 ) -> CrashEvidence:
     """Everything about the danger of an ending but what clearway makes of it."""
     before = [one for one in seen if one.reading.time_s < ending.time_s - ROUNDING_S]
-    sights = _sights(judge, ending, before)
+    sights = find_sights(judge, ending, before)
     return CrashEvidence(
         len(before),
         sights,
@@ -109,22 +97,6 @@ def gather_evidence(
         _map_lacks_m(judge, ending),
         _drift(flight, judge, ending, sights, before),
     )
-
-
-def _sights(judge: Judge, ending: Ending, readings: list[PlacedReading]) -> tuple[FirstSight, ...]:
-    near = judge.body_m + SIGHT_SHARE * judge.margin_m + ending.radius_m
-    apart = {one.name: one.pattern.spacing_rad for one in judge.lidars if isinstance(one, Lidar)}
-    first: dict[str, FirstSight] = {}
-    for one in readings:
-        if one.sensor in first or not len(one.points_m):
-            continue
-        danger = ending.danger_at(one.reading.time_s)
-        away = float(np.linalg.norm(danger - one.state.position_m)) - ending.radius_m
-        # Between two beams no return can be nearer; arcs of sectors have no gaps.
-        gap = 0.0 if one.reading.half_width_rad else apart.get(one.sensor, 0.0) * away
-        if np.linalg.norm(one.points_m - danger, axis=1).min() <= max(near, gap):
-            first[one.sensor] = FirstSight(one.sensor, one.reading.time_s, away)
-    return tuple(sorted(first.values(), key=lambda sight: sight.time_s))
 
 
 def _silent(flight: RecordedFlight, ending: Ending) -> tuple[Silence, ...]:
