@@ -153,26 +153,25 @@ def _values_in(data: object) -> int:
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """Plain tables of a TOML file; InputError with line and column where it is none."""
+    with naming(path, "read"):
+        content = Path(path).read_bytes()
+    if not content:
+        raise InputError(str(path), "the file is empty (0 bytes)")
+    return parse_toml(str(path), content)
+
+
+def parse_toml(source: str, content: bytes) -> dict[str, Any]:
+    """Plain tables of TOML text; InputError naming the source where it is none."""
     try:
-        with naming(path, "read"):
-            content = Path(path).read_bytes()
-            if not content:
-                raise InputError(str(path), "the file is empty (0 bytes)")
-            text = content.decode("utf-8-sig")
-            tables = tomllib.loads(text)
+        return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as cause:
-        raise InputError(
-            str(path), f"no TOML file: byte {cause.start} is not UTF-8 text"
-        ) from cause
+        raise InputError(source, f"no TOML file: byte {cause.start} is not UTF-8 text") from cause
     except tomllib.TOMLDecodeError as cause:
-        raise InputError(str(path), f"no valid TOML: {cause}") from cause
+        raise InputError(source, f"no valid TOML: {cause}") from cause
     except RecursionError as cause:
-        raise InputError(str(path), "no valid TOML: nested too deeply") from cause
+        raise InputError(source, "no valid TOML: nested too deeply") from cause
     except ValueError as cause:  # whole numbers of thousands of digits
-        if isinstance(cause, InputError):
-            raise
-        raise InputError(str(path), f"no valid TOML: {_too_long(cause)}") from cause
-    return tables
+        raise InputError(source, f"no valid TOML: {_too_long(cause)}") from cause
 
 
 def _too_long(cause: ValueError) -> str:

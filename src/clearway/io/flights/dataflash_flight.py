@@ -17,6 +17,7 @@ from clearway.io.flights.recorded import (
     RangeReading,
     RecordedFlight,
     RecordedSensor,
+    keep_winds,
     make_sector_lidar,
     sector_reading,
 )
@@ -39,6 +40,8 @@ FIELDS = {
 }
 GOOD = 2.0
 """Health of a proximity sensor that works."""
+FARTHEST_M = 1e4
+"""Beyond which no proximity sensor measures: such a distance is damaged."""
 CRASH_CHECK = 12.0
 CRASHED = (1.0, 2.0)
 """Subsystem of ERR, and its codes for a crash and for lost control."""
@@ -83,7 +86,9 @@ def dataflash_flight(path: Path) -> RecordedFlight:
         track,
         () if sensor is None else (sensor,),
         end=_end(_of(rows, ("ERR",))),
-        wind=np.column_stack([wind[:, 0] * MICROSECOND_S, wind[:, 1:], np.zeros(len(wind))]),
+        wind=keep_winds(
+            np.column_stack([wind[:, 0] * MICROSECOND_S, wind[:, 1:], np.zeros(len(wind))])
+        ),
         notes=track.notes,
     )
 
@@ -105,7 +110,8 @@ def _turns(angles_rad: FloatArray) -> FloatArray:
 
 
 def _proximity(rows: Sequence[Values]) -> RecordedSensor | None:
-    """The lowest layer; distances from the farthest of the log on are no returns."""
+    """The lowest layer; distances from the farthest of the log on, or farther than anything is, are
+    no returns."""
     health = ["He" if row["Health"] is None else "Health" for row in rows]
     rows = [
         row
@@ -116,6 +122,7 @@ def _proximity(rows: Sequence[Values]) -> RecordedSensor | None:
         return None
     table = _numbers(rows, ("TimeUS", *DISTANCES))
     times, ranges = table[:, 0] * MICROSECOND_S, table[:, 1:]
+    ranges = np.where(ranges <= FARTHEST_M, ranges, 0.0)
     farthest = float(ranges.max())
     azimuth = -np.radians(np.array(SECTORS_DEG, dtype=np.float64))
 

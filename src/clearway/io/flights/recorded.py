@@ -16,9 +16,13 @@ from clearway.sensors import BeamPattern, Lidar, Mounting
 
 SECTOR_STEP_M = 0.5
 """Between points on the arc of a sector: finer than the margins of vehicles that have sectors."""
+MOST_PARTS = 100
+"""Of an arc: a sector may report anything, and what is far needs no fine step."""
 WALL_M = 6.0
 """Up and down from it that an arc stands: sectors tell no height, so nobody may pass above or
 below."""
+STRONGEST_MPS = 150.0
+"""Wind that is taken for one: none was ever measured beyond."""
 
 
 class RangeReading(NamedTuple):
@@ -37,7 +41,8 @@ class RangeReading(NamedTuple):
         if not self.half_width_rad or not len(self.points_m):
             return self.points_m, number
         ranges = np.linalg.norm(self.points_m[:, :2], axis=1)
-        parts = np.ceil(2.0 * self.half_width_rad * ranges / step_m).astype(int) + 1
+        wanted = np.ceil(2.0 * self.half_width_rad * ranges / step_m)
+        parts = np.minimum(wanted, MOST_PARTS).astype(int) + 1
         whose = np.repeat(number, parts)
         first = np.repeat(np.cumsum(parts) - parts, parts)
         share = (np.arange(len(whose)) - first) / np.maximum(parts[whose] - 1, 1)
@@ -89,11 +94,16 @@ class RecordedFlight:
     intruders: Mapping[str, FloatArray] = field(default_factory=dict)
     """[n, 4] time and place of each other aircraft."""
     intruder_radius_m: Mapping[str, float] = field(default_factory=dict)
-    mission_toml: str | None = None
+    mission_toml: bytes | None = None
     """The mission that was flown, where the log has it."""
     notes: tuple[str, ...] = ()
 
     __repr__ = brief
+
+
+def keep_winds(rows: FloatArray) -> FloatArray:
+    """Estimates [n, 4] of the wind without those that are no numbers, or no wind."""
+    return np.asarray(rows[(np.abs(rows[:, 1:]) <= STRONGEST_MPS).all(axis=1)])
 
 
 def make_sector_lidar(name: str, azimuth_rad: FloatArray, farthest_m: float) -> Lidar:

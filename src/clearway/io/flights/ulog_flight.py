@@ -14,9 +14,11 @@ from clearway.io.flights.recorded import (
     RangeReading,
     RecordedFlight,
     RecordedSensor,
+    keep_winds,
     make_sector_lidar,
     sector_reading,
 )
+from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.ulog import MICROSECOND_S, read_topics, read_ulog, utc_shift
 
 DISTANCES = "obstacle_distance"
@@ -34,33 +36,40 @@ def ulog_flight(path: Path) -> RecordedFlight:
     with naming(path, "read"):
         content = path.read_bytes()
     topics, _ = read_topics(str(path), content, [DISTANCES, *WINDS, "vehicle_gps_position"])
-    shift = utc_shift(topics)
-    sensors = [
-        _sensor(f"{DISTANCES} {number}" if number else DISTANCES, data, shift)
-        for number, data in enumerate(data for name, data in topics.topics if name == DISTANCES)
-    ]
-    wind = [_wind(data, shift) for name, data in topics.topics if name in WINDS]
+    logged = [data for name, data in topics.topics if name == DISTANCES]
+    names = [f"{DISTANCES} {number}" if number else DISTANCES for number in range(len(logged))]
+    with damage_told(path, "ULog"):
+        shift = utc_shift(topics)
+        sensors = [_sensor(name, data, shift) for name, data in zip(names, logged, strict=True)]
+        wind = [_wind(data, shift) for name, data in topics.topics if name in WINDS]
+    strange = tuple(
+        f"{path}: {name} left out: its sectors are none, or do not turn with the vehicle"
+        for name, sensor in zip(names, sensors, strict=True)
+        if sensor is None
+    )
     return RecordedFlight(
         str(path),
         "ULog of PX4",
         log.track,
         tuple(one for one in sensors if one is not None),
         wind=wind[0] if wind else np.zeros((0, 4)),
-        notes=log.track.notes,
+        notes=(*log.track.notes, *strange),
     )
 
 
 def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
-    """Sectors around the vehicle; None where they do not turn with it.
+    """Sectors around the vehicle; None where they do not turn with it, or are none.
 
     A message without any known sector is no reading: the sensor does not measure then.
     """
     if not len(data["timestamp"]) or int(data["frame"][0]) != BODY_FRD:
         return None
-    step = np.radians(float(data["increment"][0]) or 360.0 / BINS)
-    bins = min(BINS, round(2.0 * np.pi / step))
+    step, first = float(data["increment"][0]) or 360.0 / BINS, float(data["angle_offset"][0])
+    if not (0.0 < step <= 360.0 and abs(first) <= 360.0):
+        return None
+    bins = min(BINS, round(360.0 / step))
     # Clockwise in the log, left positive here.
-    azimuth = -(np.radians(float(data["angle_offset"][0])) + step * np.arange(bins))
+    azimuth = -np.radians(first + step * np.arange(bins))
     times = data["timestamp"].astype(np.float64) * MICROSECOND_S + shift
     centimetres = np.column_stack([data[f"distances[{n}]"] for n in range(bins)])
     farthest = data["max_distance"].astype(np.float64)
@@ -82,4 +91,6 @@ def _wind(data: Any, shift: float) -> FloatArray:
     """[n, 4] time, east, north, up."""
     times = data["timestamp"].astype(np.float64) * MICROSECOND_S + shift
     north, east = data["windspeed_north"], data["windspeed_east"]
-    return np.column_stack([times, east, north, np.zeros(len(times))]).astype(np.float64)
+    return keep_winds(
+        np.column_stack([times, east, north, np.zeros(len(times))]).astype(np.float64)
+    )

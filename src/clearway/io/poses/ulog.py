@@ -13,6 +13,7 @@ import numpy as np
 from clearway.base.errors import InputError, MissingExtraError, naming
 from clearway.base.frames import FloatArray
 from clearway.io.apart import apart
+from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.pose_track import (
     PoseTrack,
     convert_quaternion,
@@ -62,6 +63,12 @@ def read_ulog(path: str | Path) -> FlightLog:
         content = path.read_bytes()
     log, notes = read_topics(str(path), content, ["vehicle_local_position", "vehicle_attitude",
                                               "vehicle_gps_position"])  # fmt: skip
+    with damage_told(path, "ULog"):
+        return _flown(path, log, notes)
+
+
+def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
+    """The flight of a log's topics; what a topic lacks comes up as Python says it."""
     place, turn = _data(log, "vehicle_local_position"), _data(log, "vehicle_attitude")
     if place is None or turn is None:
         absent = "vehicle_local_position" if place is None else "vehicle_attitude"

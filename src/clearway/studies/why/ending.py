@@ -10,7 +10,13 @@ import numpy as np
 from clearway.base.frames import FloatArray
 from clearway.io.flights.recorded import RecordedFlight
 from clearway.io.poses.pose_track import PoseTrack
-from clearway.studies.why.speeds import SPAN_S, choose_span_s, track_speeds, velocity_at
+from clearway.studies.why.speeds import (
+    SPAN_S,
+    choose_span_s,
+    span_times,
+    track_speeds,
+    velocity_at,
+)
 from clearway.studies.why.vehicle import Judge
 from clearway.studies.why.views import place_readings
 
@@ -231,7 +237,7 @@ def _stop_along(track: PoseTrack, axes: int) -> float | None:
         return None
     if float(speeds[last - 1]) < 0.7 * steady:
         return None  # It has braked.
-    return _moment_of_stop(track, float(track.time_s[0]) + span_s * last, span_s, axes)
+    return _moment_of_stop(track, float(span_times(track, span_s)[last]), span_s, axes)
 
 
 def _moment_of_stop(track: PoseTrack, about_s: float, span_s: float, axes: int) -> float:

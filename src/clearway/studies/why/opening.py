@@ -13,11 +13,12 @@ from clearway.io.flights.bag_flight import bag_flight
 from clearway.io.flights.dataflash_flight import dataflash_flight
 from clearway.io.flights.recorded import RangeReading, RecordedFlight, RecordedSensor
 from clearway.io.flights.ulog_flight import ulog_flight
+from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.pose_track import pose_track, quaternions_of
 from clearway.io.scans.bag import METADATA
 from clearway.io.what_file import require_file, what_file
-from clearway.view.replay.raw_scans import RawScan, is_run_file, read_raw_scans
-from clearway.view.replay.reading import RUN_FILE, read_run, run_file
+from clearway.view.replay.raw_scans import KeptReadings, RawScan, is_run_file, read_raw_scans
+from clearway.view.replay.reading import RUN_FILE, Recording, read_run, run_file
 
 BAGS = (".bag", ".db3", ".mcap", ".zstd")
 VALID = (
@@ -63,6 +64,11 @@ def _open(path: Path) -> RecordedFlight:
 def _run_flight(path: Path) -> RecordedFlight:
     """A run of clearway; its sensors have readings where it was flown with `--scans`."""
     run, kept = read_run(path), read_raw_scans(path)
+    with damage_told(path, "run"):
+        return _flown(path, run, kept)
+
+
+def _flown(path: Path, run: Recording, kept: KeptReadings) -> RecordedFlight:
     states = list(run.states)
     times = np.array([one["time_s"] for one in states])
     turns = np.array([world_from_body(one["attitude_rad"]) for one in states])

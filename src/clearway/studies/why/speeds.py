@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.io.poses.pose_track import PoseTrack
+from clearway.io.poses.pose_track import LONGEST_GAP_S, PoseTrack
 
 SPAN_S = 0.2
 """Over which velocities are taken at least: positions of shorter times are mostly noise."""
@@ -26,16 +26,27 @@ def velocity_at(track: PoseTrack, time_s: float) -> FloatArray | None:
 
 
 def track_speeds(track: PoseTrack, axes: int = 3, span_s: float = SPAN_S) -> FloatArray:
-    """[n] speeds along the first axes between poses about a span apart; none of a track of one
-    pose."""
-    times = np.arange(track.time_s[0], track.time_s[-1], span_s)
+    """[n] speeds along the first axes between `span_times`; none of a track of one pose."""
+    times = span_times(track, span_s)
     if len(times) < 2:
         return np.zeros(1)
     places = np.column_stack(
         [np.interp(times, track.time_s, track.position_m[:, axis]) for axis in range(axes)]
     )
-    speeds: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1) / span_s
+    speeds: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(times)
     return speeds
+
+
+def span_times(track: PoseTrack, span_s: float) -> FloatArray:
+    """[n] times a span apart from the first pose on, without those deep within gaps.
+
+    Where a clock jumps by years, a gap would take more memory than there is.
+    """
+    begin_s, end_s = track.time_s[0], track.time_s[-1]
+    ahead = np.arange(np.ceil(LONGEST_GAP_S / span_s) + 1.0)
+    numbers = np.floor((track.time_s - begin_s) / span_s)[:, None] + ahead
+    times = begin_s + span_s * np.unique(numbers)
+    return np.asarray(times[times < end_s])
 
 
 def choose_span_s(track: PoseTrack, speed_mps: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from clearway.base.errors import ClearwayError, InputError
 from clearway.io.flights.recorded import RecordedFlight, RecordedSensor
-from clearway.io.toml import parse_model
+from clearway.io.toml import parse_model, parse_toml
 from clearway.missions.mission_file import MissionFile, read_mission_file
 from clearway.missions.scene_file import ScanSection
 from clearway.missions.scene_reading import lidar_of
@@ -55,8 +54,8 @@ def judge_of(flight: RecordedFlight, mission: Path | None, notice: Notice | None
     if mission is not None:
         file = read_mission_file(str(mission), notice)
     elif flight.mission_toml is not None:
-        tables = tomllib.loads(flight.mission_toml)
-        file = parse_model(flight.source, tables, MissionFile)
+        source = f"{flight.source}, its mission"
+        file = parse_model(source, parse_toml(source, flight.mission_toml), MissionFile)
     else:
         file, note = _assume(flight)
         notes = (note,)

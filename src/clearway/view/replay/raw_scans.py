@@ -28,7 +28,7 @@ class KeptReadings(NamedTuple):
 
     scans: dict[str, list[RawScan]]
     """By sensor; empty without `--scans`."""
-    mission_toml: str | None
+    mission_toml: bytes | None
 
 
 def is_run_file(path: Path) -> bool:
@@ -69,4 +69,4 @@ def read_raw_scans(path: Path) -> KeptReadings:
                 after_s = (message.log_time - start_ns) * NANOSECOND_S
                 name = channel.topic.removeprefix(schemas.SCANS)
                 scans.setdefault(name, []).append(RawScan(after_s, cloud_points(message.data)))
-    return KeptReadings(scans, missions[0].decode() if missions else None)
+    return KeptReadings(scans, missions[0] if missions else None)
