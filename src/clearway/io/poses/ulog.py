@@ -42,6 +42,8 @@ VALID_CALLSIGN = 16
 """Flags of transponder_report, as of MAVLink's ADSB_VEHICLE."""
 PRESSURE_ALTITUDE = 0
 FIX_3D = 3
+UNIT_WITHIN = 0.1
+"""Of length 1, within which four numbers are taken for a turn."""
 
 
 class FlightLog(NamedTuple):
@@ -78,8 +80,12 @@ def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
         raise InputError(str(path), "no valid position in the log (vehicle_local_position)")
     times = place["timestamp"].astype(np.float64)[valid] * MICROSECOND_S
     ned = np.column_stack([place[axis] for axis in "xyz"]).astype(np.float64)[valid]
-    quaternion = _attitudes(turn, times)
+    own, turns = _turns(turn)
+    quaternion = _attitudes(own, turns, times)
     shift = utc_shift(log)
+    if len(own) < len(turn["timestamp"]):
+        left_out = len(turn["timestamp"]) - len(own)
+        notes = (*notes, f"{left_out} attitudes left out: no unit quaternions")
     if not valid.all():
         notes = (*notes, f"{np.count_nonzero(~valid)} positions left out: not valid yet")
     told = tuple(f"{path}: {note}" for note in notes)
@@ -87,10 +93,18 @@ def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
     return FlightLog(track, _origin(place))
 
 
-def _attitudes(turn: Any, times: FloatArray) -> FloatArray:
-    """[n, 4] world (east, north, up) from body (ahead, left, up) at times."""
+def _turns(turn: Any) -> tuple[FloatArray, FloatArray]:
+    """Times [n] and quaternions [n, 4] of what is a turn; raises ValueError where nothing is."""
     own = turn["timestamp"].astype(np.float64) * MICROSECOND_S
     logged = np.column_stack([turn[f"q[{n}]"] for n in range(4)]).astype(np.float64)
+    whole = np.abs(np.linalg.norm(logged, axis=1) - 1.0) < UNIT_WITHIN
+    if not whole.any():
+        raise ValueError("no attitude is a unit quaternion")
+    return own[whole], logged[whole]
+
+
+def _attitudes(own: FloatArray, logged: FloatArray, times: FloatArray) -> FloatArray:
+    """[n, 4] world (east, north, up) from body (ahead, left, up) at times."""
     after = np.clip(np.searchsorted(own, times), 1, max(1, len(own) - 1))
     rotations = []
     for at, time_s in zip(after, times, strict=True):

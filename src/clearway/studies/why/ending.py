@@ -26,6 +26,8 @@ FLIES = 0.3
 STOPPED = 0.25
 """Shares: of the highest speed above which a vehicle flies, of the speed before below which it has
 stopped."""
+SMOOTHED = 3
+"""Speeds after a stop over which the mean is taken: noise alone may pass the share in one."""
 STOPS_WITHIN_S = 0.3
 """What takes longer to stop has braked."""
 COARSEST_S = 0.3
@@ -233,7 +235,9 @@ def _stop_along(track: PoseTrack, axes: int) -> float | None:
     if not len(before) or not len(after):
         return None
     steady = float(before.mean())
-    if steady <= FLIES * highest or float(after.max()) > STOPPED * steady:
+    count = min(SMOOTHED, len(after))
+    smooth = np.convolve(after, np.full(count, 1.0 / count), "valid")
+    if steady <= FLIES * highest or float(smooth.max()) > STOPPED * steady:
         return None
     if float(speeds[last - 1]) < 0.7 * steady:
         return None  # It has braked.

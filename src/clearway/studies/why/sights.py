@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.frames import wrap_angle
+from clearway.base.frames import FloatArray, wrap_angle
 from clearway.sensors import Lidar
 from clearway.studies.why.ending import Ending
 from clearway.studies.why.vehicle import Judge
@@ -26,7 +26,7 @@ class FirstSight:
     away_m: float
     """From the vehicle."""
     hidden: bool = False
-    """Whether it showed something nearer in the danger's sector, behind which the danger was."""
+    """Whether its sector showed a nearer part of it."""
 
 
 def find_sights(
@@ -34,8 +34,9 @@ def find_sights(
 ) -> tuple[FirstSight, ...]:
     """Return the first sight of each sensor that has one, the earliest first.
 
-    A sector reports its nearest return only. So the danger counts as seen from when a nearer return
-    hides it, where its sector stays occupied until the danger itself is shown.
+    A sector reports its nearest return only, so that a nearer part of the danger hides the place
+    that is hit. So the danger counts as seen from when its sector has a nearer return that comes
+    nearer without a jump until the danger itself is shown.
     """
     by_sensor: dict[str, list[PlacedReading]] = {}
     for one in readings:
@@ -58,6 +59,7 @@ def _first(
 ) -> FirstSight | None:
     near = judge.body_m + SIGHT_SHARE * judge.margin_m + ending.radius_m
     since: FirstSight | None = None
+    before: tuple[PlacedReading, float] | None = None
     for one in readings:
         danger = ending.danger_at(one.reading.time_s)
         away = float(np.linalg.norm(danger - one.state.position_m)) - ending.radius_m
@@ -65,24 +67,37 @@ def _first(
         gap = 0.0 if one.reading.half_width_rad else spacing_rad * away
         apart = np.linalg.norm(one.points_m - danger, axis=1).min(initial=np.inf)
         shown = bool(apart <= max(near, gap))
-        if shown and since is None:
-            return FirstSight(one.sensor, one.reading.time_s, away)
-        if shown:
-            return since
-        if away > farthest_m or not _hides(one, ending, near):
+        nearest = _nearest_in_sector(one, danger)
+        if before is None or not _same_thing(*before, one, nearest, near):
             since = None
-        elif since is None:
-            since = FirstSight(one.sensor, one.reading.time_s, away, hidden=True)
+        if shown:
+            return since or FirstSight(one.sensor, one.reading.time_s, away)
+        if nearest > away + near or away > farthest_m:
+            since, before = None, None
+            continue
+        since = since or FirstSight(one.sensor, one.reading.time_s, away, hidden=True)
+        before = one, nearest
     return None
 
 
-def _hides(one: PlacedReading, ending: Ending, near_m: float) -> bool:
-    """Whether the sector that the danger was in had a return before it."""
-    if not one.reading.half_width_rad or not len(one.reading.points_m):
-        return False
-    off = ending.danger_at(one.reading.time_s) - one.state.position_m
-    ahead, left = (off @ one.state.world_from_body)[:2]
+def _nearest_in_sector(one: PlacedReading, danger_m: FloatArray) -> float:
+    """The level range that the sector reported in which a danger was; inf where it reported
+    nothing, and of beams."""
+    width = one.reading.half_width_rad
+    if not width or not len(one.reading.points_m):
+        return np.inf
+    ahead, left = ((danger_m - one.state.position_m) @ one.state.world_from_body)[:2]
     x, y = one.reading.points_m[:, 0], one.reading.points_m[:, 1]
     turned = np.abs(wrap_angle(np.arctan2(y, x) - np.arctan2(left, ahead)))
-    before = np.hypot(x, y) <= np.hypot(ahead, left) + near_m
-    return bool(((turned <= one.reading.half_width_rad) & before).any())
+    return float(np.hypot(x, y)[turned <= width].min(initial=np.inf))
+
+
+def _same_thing(
+    before: PlacedReading, was_m: float, after: PlacedReading, is_m: float, near_m: float
+) -> bool:
+    """Whether the nearest thing of a sector may be the one that the reading before had.
+
+    What a vehicle flies towards comes nearer, and no faster than it flies.
+    """
+    flown = float(np.linalg.norm(after.state.position_m - before.state.position_m))
+    return -flown - near_m <= is_m - was_m <= near_m
