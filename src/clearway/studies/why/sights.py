@@ -19,14 +19,14 @@ SIGHT_SHARE = 1.0 / 3.0
 
 @dataclass(frozen=True, slots=True)
 class FirstSight:
-    """The first reading of a sensor that shows the danger, or the sector that it hides in."""
+    """The first reading of a sensor that shows the danger, or something before it."""
 
     sensor: str
     time_s: float
     away_m: float
     """From the vehicle."""
     hidden: bool = False
-    """Whether its sector showed a nearer part of it."""
+    """Whether its sector reported something nearer, or a nearer part of it."""
 
 
 def find_sights(
@@ -34,9 +34,9 @@ def find_sights(
 ) -> tuple[FirstSight, ...]:
     """Return the first sight of each sensor that has one, the earliest first.
 
-    A sector reports its nearest return only, so that a nearer part of the danger hides the place
-    that is hit. So the danger counts as seen from when its sector has a nearer return that comes
-    nearer without a jump until the danger itself is shown.
+    A sector reports its nearest return only, so that a nearer one hides the danger. It counts as
+    seen from when its sector has returns before it, until one shows the danger itself. What appears
+    at once, nearer than the vehicle can have flown, was not seen before.
     """
     by_sensor: dict[str, list[PlacedReading]] = {}
     for one in readings:
@@ -68,8 +68,8 @@ def _first(
         apart = np.linalg.norm(one.points_m - danger, axis=1).min(initial=np.inf)
         shown = bool(apart <= max(near, gap))
         nearest = _nearest_in_sector(one, danger)
-        if before is None or not _same_thing(*before, one, nearest, near):
-            since = None
+        if before is None or nearest < before[1] - _flown_m(before[0], one) - near:
+            since = None  # What is suddenly nearer than it was flown was not shown before.
         if shown:
             return since or FirstSight(one.sensor, one.reading.time_s, away)
         if nearest > away + near or away > farthest_m:
@@ -92,12 +92,5 @@ def _nearest_in_sector(one: PlacedReading, danger_m: FloatArray) -> float:
     return float(np.hypot(x, y)[turned <= width].min(initial=np.inf))
 
 
-def _same_thing(
-    before: PlacedReading, was_m: float, after: PlacedReading, is_m: float, near_m: float
-) -> bool:
-    """Whether the nearest thing of a sector may be the one that the reading before had.
-
-    What a vehicle flies towards comes nearer, and no faster than it flies.
-    """
-    flown = float(np.linalg.norm(after.state.position_m - before.state.position_m))
-    return -flown - near_m <= is_m - was_m <= near_m
+def _flown_m(before: PlacedReading, after: PlacedReading) -> float:
+    return float(np.linalg.norm(after.state.position_m - before.state.position_m))

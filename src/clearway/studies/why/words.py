@@ -70,7 +70,7 @@ def _visible(explained: Explained) -> str:
         return "no sensor ever showed it"
     first, end_s = sights[0], answer.ending.time_s
     others = ", ".join(f"{one.sensor} at {_at(explained, one.time_s)}" for one in sights[1:])
-    what = "showed a nearer part of it" if first.hidden else "first showed it"
+    what = "showed something before it" if first.hidden else "first showed it"
     ahead = f"{first.sensor} {what} at {_at(explained, first.time_s)}"
     away = f"{first.away_m:.1f} m away, {end_s - first.time_s:.1f} s before"
     return f"{ahead}, {away}{f'; {others}' if others else ''}"
