@@ -19,10 +19,13 @@ pytest.importorskip("rosbags")
 pytest.importorskip("pyulog")
 pytest.importorskip("pymavlink")
 
+import made_logs
 from clearway.io.toml_writing import write_toml
+from clearway.studies.why import opening
+from clearway.view.replay.raw_scans import read_raw_scans
 from in_process import Done, clearway
 from made_crashes import MadeCrash, make_crash
-from made_logs import WRITERS, Change, Flown, as_flown
+from made_logs import ULOG_TOPICS, WRITERS, Change, Flown, as_flown
 
 LOGS = ("run", "MCAP", "ROS 1 bag", "ULog", "DataFlash")
 FILES = {"run": "run/run.mcap"}
@@ -78,7 +81,7 @@ def test_a_log_cut_anywhere_gets_one_answer(form: str, count: int, tmp_path: Pat
 
 
 @pytest.mark.parametrize("form", ["MCAP", "ULog", "DataFlash"])
-@pytest.mark.parametrize("jump_s", [-10.0, 3600.0])
+@pytest.mark.parametrize("jump_s", [-10.0, 3600.0, 3e8])
 def test_a_clock_that_jumps(form: str, jump_s: float, tmp_path: Path) -> None:
     half_s = 0.5 * float(crash().flight.time_s[-1])
 
@@ -86,7 +89,7 @@ def test_a_clock_that_jumps(form: str, jump_s: float, tmp_path: Path) -> None:
         # Before all jumps, so that none is before boot.
         return 20.0 + time_s + (jump_s if time_s > half_s else 0.0)
 
-    ask(*written(form, tmp_path, lambda kept: kept._replace(clock=clock)))
+    assert ask(*written(form, tmp_path, lambda kept: kept._replace(clock=clock))).exit_code == 0
 
 
 def no_poses(kept: Flown) -> Flown:
@@ -138,6 +141,76 @@ def test_topics_that_are_missing_or_empty(name: str, form: str, tmp_path: Path) 
     done = ask(*written(form, tmp_path, change))
     assert done.exit_code in codes, done
     assert told in done.stderr
+
+
+def put(topic: str, places: slice, value: float, every: int = 1) -> Callable[[Any], Any]:
+    """Rows whose every so many of a topic have other values at places."""
+
+    def change(rows: Any) -> Any:
+        count = 0
+        for time_s, name, values in rows:
+            told = list(values)
+            count += name == topic
+            if name == topic and count % every == 0:
+                told[places] = [value] * len(told[places])
+            yield time_s, name, tuple(told)
+
+    return change
+
+
+STRANGE: dict[str, tuple[str, Callable[[Any], Any], int, str]] = {
+    "sectors of no width": ("ULog", put("obstacle_distance", slice(1, 2), np.nan), 3, "sectors"),
+    "sectors backwards": ("ULog", put("obstacle_distance", slice(1, 2), -5.0), 3, "sectors"),
+    "some attitudes are none": (
+        "ULog", put("vehicle_attitude", slice(1, 5), np.nan, 3), 0, "attitudes left out",
+    ),
+    "a wind that is none": ("ULog", put("wind", slice(1, 3), np.nan), 0, ""),
+    "distances beyond reason": ("DataFlash", put("PRX", slice(3, 7), 1e6, 2), 0, ""),
+    "distances that are none": ("DataFlash", put("PRX", slice(3, 4), np.nan, 2), 0, ""),
+    "a time beyond reason": ("DataFlash", put("XKF1", slice(0, 1), 2**63, 30), 0, "left out"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_values_that_no_logger_means(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    form, change, code, told = STRANGE[name]
+    rows = {"ULog": "_ulog_rows", "DataFlash": "_dataflash_rows"}[form]
+    real = getattr(made_logs, rows)
+    monkeypatch.setattr(made_logs, rows, lambda kept: change(real(kept)))
+    done = ask(*written(form, tmp_path))
+    assert done.exit_code == code, done
+    assert told in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "code", "told"),
+    [
+        ("obstacle_distance", "frame", 3, "obstacle_distance left out: it lacks fields"),
+        ("vehicle_local_position", "x", 2, "vehicle_local_position of the log lacks x"),
+        ("wind", "windspeed_north", 0, ""),
+    ],
+)
+def test_topics_of_another_release(
+    topic: str, field: str, code: int, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fields = [(kind, "other" if name == field else name) for kind, name in ULOG_TOPICS[topic]]
+    monkeypatch.setitem(ULOG_TOPICS, topic, tuple(fields))
+    done = ask(*written("ULog", tmp_path))
+    assert done.exit_code == code, done
+    assert told in done.stderr
+
+
+def test_a_run_whose_mission_is_no_toml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log, _ = written("run", tmp_path)
+    kept = read_raw_scans(log / "run.mcap")
+    for content in (b"[[[", b"\xff\xfe"):
+        broken = kept._replace(mission_toml=content)
+        monkeypatch.setattr(opening, "read_raw_scans", lambda _, broken=broken: broken)
+        done = ask(log, [])
+        assert done.exit_code == 2
+        assert "its mission: no " in done.stderr
 
 
 def test_a_log_of_another_vehicle(tmp_path: Path) -> None:

@@ -22,7 +22,13 @@ from clearway.io.foreign_errors import damage_told
 from clearway.io.poses.ulog import MICROSECOND_S, read_topics, read_ulog, utc_shift
 
 DISTANCES = "obstacle_distance"
+FIELDS = (
+    "timestamp", "frame", "increment", "angle_offset", "min_distance", "max_distance",
+    "distances[71]",
+)  # fmt: skip
+"""Of `obstacle_distance`; logs of old releases lack some."""
 WINDS = ("wind", "wind_estimate")
+WIND_FIELDS = ("timestamp", "windspeed_north", "windspeed_east")
 BINS = 72
 UNKNOWN_CM = 65_535
 CENTIMETRE_M = 0.01
@@ -41,9 +47,13 @@ def ulog_flight(path: Path) -> RecordedFlight:
     with damage_told(path, "ULog"):
         shift = utc_shift(topics)
         sensors = [_sensor(name, data, shift) for name, data in zip(names, logged, strict=True)]
-        wind = [_wind(data, shift) for name, data in topics.topics if name in WINDS]
+        wind = [
+            _wind(data, shift)
+            for name, data in topics.topics
+            if name in WINDS and all(field in data for field in WIND_FIELDS)
+        ]
     strange = tuple(
-        f"{path}: {name} left out: its sectors are none, or do not turn with the vehicle"
+        f"{path}: {name} left out: it lacks fields, or sectors that turn with the vehicle"
         for name, sensor in zip(names, sensors, strict=True)
         if sensor is None
     )
@@ -62,7 +72,9 @@ def _sensor(name: str, data: Any, shift: float) -> RecordedSensor | None:
 
     A message without any known sector is no reading: the sensor does not measure then.
     """
-    if not len(data["timestamp"]) or int(data["frame"][0]) != BODY_FRD:
+    if not all(name in data for name in FIELDS) or not len(data["timestamp"]):
+        return None
+    if int(data["frame"][0]) != BODY_FRD:
         return None
     step, first = float(data["increment"][0]) or 360.0 / BINS, float(data["angle_offset"][0])
     if not (0.0 < step <= 360.0 and abs(first) <= 360.0):

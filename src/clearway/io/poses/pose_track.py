@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.base.checks import LARGEST
+from clearway.base.checks import LARGEST, LATEST_S
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
 
@@ -76,20 +76,20 @@ def pose_track(
     deviations: FloatArray | None = None,
 ) -> PoseTrack:
     """A track by time, poses that are not finite, or not a turn, or told twice, or so far away that
-    they are nowhere on Earth left out.
+    they are nowhere on Earth, or at no time of it, left out.
 
     deviations: [n, 2] standard deviations of position (m) and attitude (rad); None where not told.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         length = np.linalg.norm(quaternion, axis=1)
     whole = np.isfinite(np.column_stack([time_s, position_m, quaternion])).all(axis=1)
-    whole &= (np.abs(position_m) <= LARGEST).all(axis=1)
+    whole &= (np.abs(position_m) <= LARGEST).all(axis=1) & (np.abs(time_s) <= LATEST_S)
     kept = np.flatnonzero(whole & (length > 0.5) & np.isfinite(length))
     _, first = np.unique(time_s[kept], return_index=True)
     kept = kept[first]
     left_out = len(time_s) - len(kept)
     if left_out:
-        why = f"not finite, farther than {LARGEST:g} m, or told twice"
+        why = f"not finite, beyond {LARGEST:g} m or {LATEST_S:g} s, or told twice"
         notes = (*notes, f"{left_out} poses left out: {why}")
     stds = (None, None) if deviations is None else (deviations[kept, 0], deviations[kept, 1])
     turned = quaternion[kept] / length[kept, None]

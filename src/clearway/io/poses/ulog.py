@@ -41,6 +41,8 @@ VALID_VELOCITY = 8
 VALID_CALLSIGN = 16
 """Flags of transponder_report, as of MAVLink's ADSB_VEHICLE."""
 PRESSURE_ALTITUDE = 0
+PLACE_FIELDS = ("timestamp", "x", "y", "z", "xy_valid", "z_valid")
+TURN_FIELDS = ("timestamp", "q[0]", "q[1]", "q[2]", "q[3]")
 FIX_3D = 3
 UNIT_WITHIN = 0.1
 """Of length 1, within which four numbers are taken for a turn."""
@@ -70,11 +72,13 @@ def read_ulog(path: str | Path) -> FlightLog:
 
 
 def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
-    """The flight of a log's topics; what a topic lacks comes up as Python says it."""
+    """The flight of a log's topics."""
     place, turn = _data(log, "vehicle_local_position"), _data(log, "vehicle_attitude")
     if place is None or turn is None:
         absent = "vehicle_local_position" if place is None else "vehicle_attitude"
         raise InputError(str(path), f"no {absent} in the log")
+    require_fields(path, "vehicle_local_position", place, PLACE_FIELDS)
+    require_fields(path, "vehicle_attitude", turn, TURN_FIELDS)
     valid = (place["xy_valid"] != 0) & (place["z_valid"] != 0)
     if not valid.any():
         raise InputError(str(path), "no valid position in the log (vehicle_local_position)")
@@ -91,6 +95,13 @@ def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
     told = tuple(f"{path}: {note}" for note in notes)
     track = pose_track(str(path), times + shift, ned @ ENU_FROM_NED.T, quaternion, told)
     return FlightLog(track, _origin(place))
+
+
+def require_fields(path: Path, topic: str, data: Any, names: tuple[str, ...]) -> None:
+    """Raise InputError naming the fields that a topic's columns lack."""
+    lacks = [name for name in names if name not in data]
+    if lacks:
+        raise InputError(str(path), f"{topic} of the log lacks {', '.join(lacks)}")
 
 
 def _turns(turn: Any) -> tuple[FloatArray, FloatArray]:
