@@ -11,6 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import geodetic_from_enu
+from clearway.io.toml import parse_model
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.session import Session
 from clearway.mavlink import dialect as known
@@ -19,8 +20,11 @@ from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.parameters import Parameters
 from clearway.mavlink.set_points import HOLD
+from clearway.mavlink.setup import fill_in_answers
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
+from clearway.missions.mission_file import MissionFile
+from clearway.missions.mission_sections import VehicleSection
 from mavlink_for_tests import (
     KEY,
     ORIGIN,
@@ -287,6 +291,36 @@ def test_a_goal_that_is_nowhere_is_refused(
     outcome = bench.session.tick(1002.1)
     assert any("refused, " in note for note in outcome.notes)
     assert bench.system.mission.goals_m[-1] == pytest.approx([30.0, 0.0, 0.0])
+
+
+# --- how a copter answers -----------------------------------------------------------------------
+
+
+def filled_in(**vehicle: Any) -> tuple[VehicleSection, list[str]]:
+    tables = {"mission": {"name": "m", "waypoints_m": [[40, 0, 7]]}, "vehicle": vehicle}
+    said: list[str] = []
+    file = fill_in_answers(parse_model("m", tables, MissionFile), said.append)
+    return file.vehicle, said
+
+
+def test_a_copter_answers_as_autopilots_do_where_its_mission_does_not_state_how() -> None:
+    vehicle, said = filled_in(kind="multirotor", speed_mps=3.0)
+    assert (vehicle.acceleration_mps2, vehicle.lag_s) == (2.0, 0.3)
+    assert "vehicle.acceleration_mps2 = 2, vehicle.lag_s = 0.3" in said[0]
+    assert vehicle.speed_mps == 3.0
+    assert vehicle.to_automaton().step_m > 0.0
+
+
+def test_what_a_mission_states_of_its_copter_is_kept() -> None:
+    vehicle, said = filled_in(kind="multirotor", speed_mps=3.0, acceleration_mps2=4.0)
+    assert (vehicle.acceleration_mps2, vehicle.lag_s) == (4.0, 0.3)
+    assert "acceleration" not in said[0]
+    _, said = filled_in(kind="multirotor", acceleration_mps2=4.0, lag_s=0.0)
+    assert not said
+    for kind in ("plane", "inertialess"):
+        vehicle, said = filled_in(kind=kind)
+        assert not said
+        assert vehicle.lag_s is None
 
 
 # --- parameters ---------------------------------------------------------------------------------

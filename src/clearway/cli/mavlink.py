@@ -95,10 +95,10 @@ def mavlink(
         return
     if mission is None:
         raise typer.BadParameter("a mission is needed, but for --download")
-    from clearway.mavlink.setup import SessionOptions, set_up_mavlink
+    from clearway.mavlink.setup import SessionOptions, fill_in_answers, set_up_mavlink
     from clearway.missions.mission_file import read_mission_file
 
-    file = read_mission_file(mission, say)
+    file = fill_in_answers(read_mission_file(mission, say), say)
     folder = None
     if out is not None:
         from clearway.io.results_folder import ResultsFolder

@@ -32,6 +32,11 @@ from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.sensors import Lidar
 
 
+ANSWERS = {"acceleration_mps2": 2.0, "lag_s": 0.3}
+"""Of a copter whose mission does not state how it answers: autopilots accelerate less and later, as
+they come, than a copter of `[vehicle]` does, and fly too fast where they catch up with its plan."""
+
+
 @dataclass(frozen=True, slots=True)
 class SessionOptions:
     """What the command line says."""
@@ -49,6 +54,17 @@ class SessionOptions:
     speedup: float | None = 1.0
     ask: bool = False
     """Ask for streams and parameters though read-only."""
+
+
+def fill_in_answers(file: MissionFile, notice: Notice) -> MissionFile:
+    """Return a mission that states how its copter answers, as autopilots do where it does not."""
+    vehicle = file.vehicle
+    left = {key: value for key, value in ANSWERS.items() if getattr(vehicle, key) is None}
+    if vehicle.kind != "multirotor" or vehicle.automaton is not None or not left:
+        return file
+    taken = ", ".join(f"vehicle.{key} = {value:g}" for key, value in left.items())
+    notice(f"note: not in the mission, so taken as autopilots answer by default: {taken}")
+    return file.with_values("vehicle", **left)
 
 
 def set_up_mavlink(
