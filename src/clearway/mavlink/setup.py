@@ -31,7 +31,6 @@ from clearway.missions.mission_file import MissionFile
 from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.sensors import Lidar
 
-
 ANSWERS = {"acceleration_mps2": 2.0, "lag_s": 0.3}
 """Of a copter whose mission does not state how it answers: autopilots accelerate less and later, as
 they come, than a copter of `[vehicle]` does, and fly too fast where they catch up with its plan."""

@@ -101,7 +101,7 @@ class VehicleSection(Section):
     it keeps level goes by level distance: waypoints count as reached from above or below."""
     acceleration_mps2: Positive | None = None
     """Of a multirotor, greatest acceleration in any direction, with which it brakes too; default
-    3, with `clearway mavlink` 2."""
+    3, over MAVLink 2."""
     climb_mps: NotNegative | None = None
     """Of a multirotor, greatest rate of climb; default 2. Of an inertialess vehicle, straight up
     and down; default: what its steepest way ahead climbs."""
@@ -111,8 +111,8 @@ class VehicleSection(Section):
     """Of a multirotor, greatest rate of turn of its nose, which points where it flies; default
     90."""
     lag_s: NotNegative | None = None
-    """Of a multirotor, how late it answers to what it is asked; default 0.1, with `clearway
-    mavlink` 0.3. Its tube grows with it."""
+    """Of a multirotor, how late it answers to what it is asked; default 0.1, over MAVLink 0.3. Its
+    tube grows with it."""
     gusts_mps: NotNegative | None = None
     """Of a multirotor, standard deviation of the gusts in which it keeps within its tube; default
     1."""
