@@ -223,7 +223,9 @@ def test_poses_that_are_none_are_left_out_and_said() -> None:
     position_m[4, 1] = -1e308
     track = pose_track("t", np.array([1.0, 2.0, 1.0, 3.0, 4.0]), position_m, quaternion)
     assert track.time_s.tolist() == [1.0]
-    assert track.notes == ("4 poses left out: not finite, beyond 1e+09 m or 1e+11 s, or told twice",)
+    assert track.notes == (
+        "4 poses left out: not finite, beyond 1e+09 m or 1e+11 s, or told twice",
+    )
 
 
 def test_a_track_hands_on_how_sure_its_poses_are() -> None:
