@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shutil
 from collections.abc import Callable
@@ -23,6 +24,7 @@ import made_logs
 from clearway.io.toml_writing import write_toml
 from clearway.studies.why import opening
 from clearway.view.replay.raw_scans import read_raw_scans
+from clearway.view.replay.reading import read_run
 from in_process import Done, clearway
 from made_crashes import MadeCrash, make_crash
 from made_logs import ULOG_TOPICS, WRITERS, Change, Flown, as_flown
@@ -211,6 +213,19 @@ def test_a_run_whose_mission_is_no_toml(tmp_path: Path, monkeypatch: pytest.Monk
         done = ask(log, [])
         assert done.exit_code == 2
         assert "its mission: no " in done.stderr
+
+
+@pytest.mark.parametrize(("key", "value"), [("time_s", -1.0), ("position_m", [])])
+def test_a_run_whose_states_are_damaged(
+    key: str, value: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, _ = written("run", tmp_path)
+    run = read_run(log)
+    broken = dataclasses.replace(run, states=[{**one, key: value} for one in run.states])
+    monkeypatch.setattr(opening, "read_run", lambda _: broken)
+    done = ask(log, [])
+    assert done.exit_code == 2
+    assert "damaged" in done.stderr
 
 
 def test_a_log_of_another_vehicle(tmp_path: Path) -> None:

@@ -78,15 +78,14 @@ def _flown(path: Path, run: Recording, kept: KeptReadings) -> RecordedFlight:
         for there in one["intruders"]:
             place = [one["time_s"], *there["position_m"]]
             aircraft.setdefault(there["name"], []).append(place)
+    places = np.array([one["position_m"] for one in states], dtype=np.float64).reshape(-1, 3)
+    track = pose_track(str(path), times, places, quaternions_of(turns))
+    if not np.array_equal(track.time_s, times):
+        raise InputError(str(path), "damaged run: its states do not follow each other in time")
     return RecordedFlight(
         str(path),
         "run of clearway",
-        pose_track(
-            str(path),
-            times,
-            np.array([one["position_m"] for one in states]),
-            quaternions_of(turns),
-        ),
+        track,
         tuple(
             RecordedSensor(name, _readings(scans, float(times[0])))
             for name, scans in kept.scans.items()
