@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from clearway.base.frames import geodetic_from_enu
+from clearway.io.samples.plans import write_plan_sample
 from clearway.io.toml import parse_model
 from clearway.live.link.floor import FloorRule
 from clearway.live.link.session import Session
@@ -20,7 +22,7 @@ from clearway.mavlink.inbox import Inbox
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.parameters import Parameters
 from clearway.mavlink.set_points import HOLD
-from clearway.mavlink.setup import fill_in_answers
+from clearway.mavlink.setup import fill_in_answers, read_led_mission
 from clearway.mavlink.streams import Streams, streams_for
 from clearway.mavlink.surroundings import Surroundings
 from clearway.missions.mission_file import MissionFile
@@ -323,6 +325,16 @@ def test_what_a_mission_states_of_its_copter_is_kept() -> None:
         assert vehicle.lag_s is None
 
 
+def test_a_plan_is_led_as_a_copter_that_keeps_its_heights(tmp_path: Path) -> None:
+    write_plan_sample(tmp_path / "p.plan", np.random.default_rng(0))
+    said: list[str] = []
+    vehicle = read_led_mission(str(tmp_path / "p.plan"), said.append).vehicle
+    assert (vehicle.kind, vehicle.acceleration_mps2, vehicle.lag_s) == ("multirotor", 2.0, 0.3)
+    assert any('vehicle.kind = "multirotor"' in note for note in said)
+    (tmp_path / "own.toml").write_text('[mission]\nplan = "p.plan"\n[vehicle]\nkind = "plane"\n')
+    assert read_led_mission(str(tmp_path / "own.toml"), said.append).vehicle.kind == "plane"
+
+
 # --- parameters ---------------------------------------------------------------------------------
 
 
@@ -358,6 +370,7 @@ def test_parameters_are_held_against_the_mission() -> None:
         ("WPNAV_ACCEL", 300.0, None),
         ("PSC_JERK_XY", 5.0, "3 m/s2 take 0.6 s to come about"),
         ("PSC_JERK_NE", 5.0, "set it to 20"),
+        ("PSC_JERK_NE", 7.5, None),
         ("PSC_JERK_XY", 20.0, None),
     ],
 )

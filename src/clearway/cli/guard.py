@@ -171,10 +171,9 @@ def _on_mavlink(
 ) -> _MavlinkNode:
     from clearway.mavlink.dialect import dialect
     from clearway.mavlink.guard_link import set_up_mavlink_guard
-    from clearway.mavlink.setup import fill_in_answers
-    from clearway.missions.mission_file import read_mission_file
+    from clearway.mavlink.setup import read_led_mission
 
     dialect()
-    file = fill_in_answers(read_mission_file(what, say), say)
+    file = read_led_mission(what, say)
     loop, link = set_up_mavlink_guard(file, options, terms, say)
     return _MavlinkNode(loop, link, key, hand)

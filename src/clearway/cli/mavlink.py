@@ -95,10 +95,9 @@ def mavlink(
         return
     if mission is None:
         raise typer.BadParameter("a mission is needed, but for --download")
-    from clearway.mavlink.setup import SessionOptions, fill_in_answers, set_up_mavlink
-    from clearway.missions.mission_file import read_mission_file
+    from clearway.mavlink.setup import SessionOptions, read_led_mission, set_up_mavlink
 
-    file = fill_in_answers(read_mission_file(mission, say), say)
+    file = read_led_mission(mission, say)
     folder = None
     if out is not None:
         from clearway.io.results_folder import ResultsFolder

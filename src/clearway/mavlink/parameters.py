@@ -14,8 +14,9 @@ ACCELERATIONS = {"WPNAV_ACCEL": 0.01, "WP_ACC": 1.0}
 """Largest level acceleration in GUIDED, and its unit in m/s2: ArduCopter's to 4.6 and from 4.7."""
 JERKS = ("PSC_JERK_XY", "PSC_JERK_NE", "PSC_NE_JERK")
 """By how much acceleration may change, in m/s3: ArduCopter's to 4.6, of 4.7, and later."""
-SLOWEST_S = 0.2
-"""The longest that the mission's acceleration may take to come about."""
+SLOWEST_S = 0.4
+"""The longest that the mission's acceleration may take to come about: 2 m/s2 of a copter as it
+comes."""
 QUICK_MPS3 = 20.0
 """The greatest jerk that ArduCopter allows."""
 OTHERS = {
@@ -119,11 +120,12 @@ class Parameters:
         ]
         for name in JERKS:
             takes_s = acceleration_mps2 / max(self.values.get(name, 0.0), 1e-9)
-            if SLOWEST_S < takes_s < LONGEST_TAKEN_S:
+            if SLOWEST_S + 1e-9 < takes_s < LONGEST_TAKEN_S:
                 found.append(
                     f"{name} is {self.values[name]:g} m/s3: {acceleration_mps2:.3g} m/s2 take "
                     f"{takes_s:.1f} s to come about, and the vehicle leaves its plan; set it to "
-                    f"{QUICK_MPS3:g}"
+                    f"{QUICK_MPS3:g} together with an acceleration twice as large, or lower "
+                    "vehicle.acceleration_mps2"
                 )
         return found
 

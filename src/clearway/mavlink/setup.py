@@ -27,7 +27,8 @@ from clearway.mavlink.mavlink_link import MavlinkLink
 from clearway.mavlink.mavlink_session import MavlinkSession, MavlinkTerms
 from clearway.mavlink.outbox import Outbox, Packer
 from clearway.mavlink.signing import SignatureCheck, is_open, read_key
-from clearway.missions.mission_file import MissionFile
+from clearway.missions.mission_file import MissionFile, read_mission_file
+from clearway.missions.planned import plan_reader
 from clearway.missions.setup import FlightSetup, Notice, prepare
 from clearway.sensors import Lidar
 
@@ -53,6 +54,22 @@ class SessionOptions:
     speedup: float | None = 1.0
     ask: bool = False
     """Ask for streams and parameters though read-only."""
+
+
+def read_led_mission(name_or_path: str, notice: Notice) -> MissionFile:
+    """Return a mission with what it leaves out of its vehicle as those fly that set-points lead.
+
+    A plan of a ground station states no kind of vehicle. A copter keeps the heights of its
+    waypoints; a plane, which files of missions mean by default, pitches on its way to them.
+    """
+    file = read_mission_file(name_or_path, notice)
+    if plan_reader(Path(name_or_path)) is not None:
+        notice(
+            'note: the plan states no kind of vehicle, taken: vehicle.kind = "multirotor"; a '
+            "mission that names the plan may state another"
+        )
+        file = file.with_values("vehicle", kind="multirotor")
+    return fill_in_answers(file, notice)
 
 
 def fill_in_answers(file: MissionFile, notice: Notice) -> MissionFile:
