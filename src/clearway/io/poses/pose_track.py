@@ -10,7 +10,7 @@ from clearway.base.checks import LARGEST, LATEST_S
 from clearway.base.frames import FloatArray, attitude_from_rotation
 from clearway.base.state import State
 
-LONGEST_GAP_S = 1.0
+LONGEST_POSE_GAP_S = 1.0
 """Poses are not interpolated over longer silence, nor kept for longer at either end."""
 SAME_TURN = 0.9995
 """Cosine of half the angle from which two attitudes are so near that a straight line serves."""
@@ -41,11 +41,11 @@ class PoseTrack:
         after = min(after, len(times) - 1)
         if before == after or not times[before] <= time_s <= times[after]:
             nearest = min((before, after), key=lambda n: abs(times[n] - time_s))
-            if abs(times[nearest] - time_s) > LONGEST_GAP_S:
+            if abs(times[nearest] - time_s) > LONGEST_POSE_GAP_S:
                 return None
             return self._state(nearest, nearest, 0.0, time_s)
         gap = float(times[after] - times[before])
-        if gap > LONGEST_GAP_S:
+        if gap > LONGEST_POSE_GAP_S:
             told = times[after] == time_s  # after a gap, but at its very time
             return self._state(after, after, 0.0, time_s) if told else None
         return self._state(before, after, float(time_s - times[before]) / gap, time_s)

@@ -68,10 +68,10 @@ def read_ulog(path: str | Path) -> FlightLog:
     log, notes = read_topics(str(path), content, ["vehicle_local_position", "vehicle_attitude",
                                               "vehicle_gps_position"])  # fmt: skip
     with damage_told(path, "ULog"):
-        return _flown(path, log, notes)
+        return _make_flight(path, log, notes)
 
 
-def _flown(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
+def _make_flight(path: Path, log: Log, notes: tuple[str, ...]) -> FlightLog:
     """The flight of a log's topics."""
     place, turn = _data(log, "vehicle_local_position"), _data(log, "vehicle_attitude")
     if place is None or turn is None:

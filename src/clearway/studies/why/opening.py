@@ -65,10 +65,10 @@ def _run_flight(path: Path) -> RecordedFlight:
     """A run of clearway; its sensors have readings where it was flown with `--scans`."""
     run, kept = read_run(path), read_raw_scans(path)
     with damage_told(path, "run"):
-        return _flown(path, run, kept)
+        return _make_flight(path, run, kept)
 
 
-def _flown(path: Path, run: Recording, kept: KeptReadings) -> RecordedFlight:
+def _make_flight(path: Path, run: Recording, kept: KeptReadings) -> RecordedFlight:
     states = list(run.states)
     times = np.array([one["time_s"] for one in states])
     turns = np.array([world_from_body(one["attitude_rad"]) for one in states])

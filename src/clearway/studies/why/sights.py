@@ -68,7 +68,7 @@ def _first(
         apart = np.linalg.norm(one.points_m - danger, axis=1).min(initial=np.inf)
         shown = bool(apart <= max(near, gap))
         nearest = _nearest_in_sector(one, danger)
-        if before is None or nearest < before[1] - _flown_m(before[0], one) - near:
+        if before is None or nearest < before[1] - _measure_flown_m(before[0], one) - near:
             since = None  # What is suddenly nearer than it was flown was not shown before.
         if shown:
             return since or FirstSight(one.sensor, one.reading.time_s, away)
@@ -92,5 +92,5 @@ def _nearest_in_sector(one: PlacedReading, danger_m: FloatArray) -> float:
     return float(np.hypot(x, y)[turned <= width].min(initial=np.inf))
 
 
-def _flown_m(before: PlacedReading, after: PlacedReading) -> float:
+def _measure_flown_m(before: PlacedReading, after: PlacedReading) -> float:
     return float(np.linalg.norm(after.state.position_m - before.state.position_m))

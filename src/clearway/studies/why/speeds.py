@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.base.frames import FloatArray
-from clearway.io.poses.pose_track import LONGEST_GAP_S, PoseTrack
+from clearway.io.poses.pose_track import LONGEST_POSE_GAP_S, PoseTrack
 
 SPAN_S = 0.2
 """Over which velocities are taken at least: positions of shorter times are mostly noise."""
@@ -43,7 +43,7 @@ def span_times(track: PoseTrack, span_s: float) -> FloatArray:
     Where a clock jumps by years, a gap would take more memory than there is.
     """
     begin_s, end_s = track.time_s[0], track.time_s[-1]
-    ahead = np.arange(np.ceil(LONGEST_GAP_S / span_s) + 1.0)
+    ahead = np.arange(np.ceil(LONGEST_POSE_GAP_S / span_s) + 1.0)
     numbers = np.floor((track.time_s - begin_s) / span_s)[:, None] + ahead
     times = begin_s + span_s * np.unique(numbers)
     return np.asarray(times[times < end_s])
