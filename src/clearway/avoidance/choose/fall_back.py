@@ -57,11 +57,13 @@ class FallBack:
 
     def stay(self) -> Taken | None:
         """The held escape, or a fresh one, flown for its own sake: where nothing leads on, and
-        where nobody sees what is ahead and escapes need not lead through what was seen. None where
-        that is not so, or where none keeps the whole margin, of intruders too; of who is blind, a
-        lesser one. What moves off in time flies on."""
+        where nobody sees what is ahead. None where that is not so, or where none keeps the whole
+        margin, of intruders too; of who is blind, a lesser one. What moves off in time flies on.
+
+        Who is blind stays where escapes lead through what was seen, too: what stands beside space
+        that was seen to be free may have been forgotten."""
         ways = self.ways
-        if not (self.before.stays if ways.strict else self.before.blind):
+        if not (self.before.stays or self.before.blind):
             return None
         for share in (1.0, *LESSER_MARGINS) if self.before.blind else (1.0,):
             for way in self._with_share(ways, share):
