@@ -39,7 +39,7 @@ def test_a_summary_says_why_a_flight_did_not_arrive() -> None:
 
 
 def test_whose_sensor_dies_stays_where_it_has_looked_and_says_so() -> None:
-    """It flies on in what was seen, and is told apart from one whose goal no way leads to."""
+    """It is told apart from one whose goal no way leads to."""
     live = AvoidanceSystem(planner(), mission((60.0, 0.0, 0.0)), lidars=(LIDAR,))
     state, told = State(np.zeros(3)), []
     for tick in range(16):
@@ -59,6 +59,8 @@ def test_whose_sensor_dies_stays_where_it_has_looked_and_says_so() -> None:
     assert all(one.decision.way_out is not None for one in told[1:])
 
 
+ROUND = 24
+"""Movements of a full circle."""
 MULTIROTOR = ReachLibrary.build(MovementAutomaton.inertialess(), GRID)
 
 
@@ -90,6 +92,7 @@ def test_who_sees_nothing_stays_near_whatever_counts_as_free(
     """Also where no sensor ever told anything, as when it publishes by another name."""
     told, places = _flown_blind(library, escape, scans)
     assert places[:, 0].max() < 15.0  # Ten metres were seen, and a circle takes less than eight.
+    assert places[-ROUND:] == pytest.approx(places[-2 * ROUND : -ROUND])  # Its escape, on and on.
     last = told[-1]
     assert last.mode is Mode.HOLD
     assert last.mode_state.held.startswith("no sensor has told anything for ")
