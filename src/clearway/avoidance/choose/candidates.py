@@ -72,7 +72,7 @@ class Commitment:
     stays: bool = False
     """Whether an escape is flown on and on while it keeps the whole margin: no way leads on."""
     blind: bool = False
-    """Whether no sensor tells anything: where space is unobserved, an escape is stayed in."""
+    """Whether no sensor tells anything: an escape is stayed in."""
 
 
 SIDES = {-1: Side.RIGHT, 0: Side.STRAIGHT, 1: Side.LEFT}
